@@ -1,0 +1,151 @@
+# Every target does its own set-up and remembers it: a second call starts at once.
+#
+#   make run         serve the site on http://127.0.0.1:8000 (HOST and PORT change that)
+#   make test        lint, then the tests of the model, the site, the front end and the browser
+#   make lint        style, types and the rules of who may import whom
+#   make format      put the Python files into the one style
+#   make train       the shipped estimators, from the shipped population (minutes)
+#   make population  the open population from nothing, through Anny and PyTorch (up to an hour)
+#   make report      errors of the estimators on bodies and people held out
+#   make licences    docs/licences.md, from the metadata of what is installed
+#   make lock        the lock files, from pyproject.toml
+#   make clean       remove whatever these targets installed or built
+#
+# NO_INSTALL=1 keeps them from installing system packages: they name the package instead.
+
+HOST ?= 127.0.0.1
+PORT ?= 8000
+
+VENV := .venv
+POPULATION_VENV := .venv-population
+LOCK_VENV := .venv-lock
+BIN := $(VENV)/bin
+PIP_INSTALL := -m pip install -qq --disable-pip-version-check --no-deps
+
+SITE := $(VENV)/site.stamp
+DEV := $(VENV)/dev.stamp
+POPULATION := $(POPULATION_VENV)/population.stamp
+NODE_MODULES := node_modules/.installed
+FRONT_END := static/build/.built
+
+PYTHON_CODE := model webapp tests scripts
+SCRIPTS := $(shell find static -path static/build -prune -o -name '*.js' -print 2>/dev/null) \
+	$(wildcard *.mjs scripts/*.mjs)
+
+export PLAYWRIGHT_SKIP_BROWSER_DOWNLOAD := 1
+
+.PHONY: help run test lint format train population report licences lock clean
+.DELETE_ON_ERROR:
+
+help:
+	@sed -n 's/^# \{0,1\}//; /^$$/q; p' Makefile
+
+# ---------------------------------------------------------------- what people call
+
+run: $(SITE) $(FRONT_END) instance/secret_key
+	@scripts/require.sh osmesa || echo "warning: serving without the two pictures"
+	@echo "Serving http://$(HOST):$(PORT)/ (stop with Ctrl-C)"
+	@PATH="$(CURDIR)/$(BIN):$$PATH" HOST="$(HOST)" PORT="$(PORT)" \
+		SECRET_KEY="$${SECRET_KEY:-$$(cat instance/secret_key)}" \
+		sh -c "$$(sed -n 's/^web: /exec /p' Procfile)"
+
+test: lint $(FRONT_END)
+	@scripts/require.sh osmesa
+	@scripts/require.sh chromium
+	@echo "Testing the model and the site"
+	@$(BIN)/python -m pytest -q
+	@echo "Testing the front end"
+	@npm run --silent test:unit
+	@echo "Testing in the browser"
+	@PATH="$(CURDIR)/$(BIN):$$PATH" npm run --silent test:browser
+
+lint: $(DEV) $(NODE_MODULES)
+	@echo "Checking style, types and imports"
+	@$(BIN)/ruff check --quiet
+	@$(BIN)/ruff format --quiet --check || { echo "run: make format"; exit 1; }
+	@$(BIN)/mypy
+	@$(BIN)/lint-imports --no-logo
+	@npm run --silent --if-present lint
+
+format: $(DEV)
+	@$(BIN)/ruff check --fix-only --quiet
+	@$(BIN)/ruff format
+
+train: $(SITE)
+	@$(BIN)/python -m model.training train $(ARGS)
+
+report: $(SITE)
+	@scripts/require.sh osmesa
+	@$(BIN)/python -m model.training report $(ARGS)
+
+population: $(POPULATION)
+	@scripts/require.sh osmesa
+	@$(POPULATION_VENV)/bin/python -m model.training population $(ARGS)
+
+licences: $(DEV) $(NODE_MODULES)
+	@$(BIN)/python scripts/licences.py --write
+
+clean:
+	@echo "Removing environments, packages, built files and caches"
+	@rm -rf $(VENV) $(POPULATION_VENV) $(LOCK_VENV) node_modules static/build \
+		.hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache \
+		test-results playwright-report
+	@find $(PYTHON_CODE) -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true
+
+# ---------------------------------------------------------------- set-up, remembered by stamps
+
+$(VENV)/bin/python:
+	@scripts/require.sh venv $(VENV)
+
+$(SITE): requirements.txt | $(VENV)/bin/python
+	@echo "Installing the Python packages of requirements.txt"
+	@$(BIN)/python $(PIP_INSTALL) -r requirements.txt
+	@touch $@
+
+$(DEV): requirements-dev.txt | $(VENV)/bin/python
+	@echo "Installing the Python packages of requirements-dev.txt (about a minute)"
+	@$(BIN)/python $(PIP_INSTALL) -r requirements-dev.txt
+	@touch $(SITE) $@
+
+$(POPULATION_VENV)/bin/python:
+	@scripts/require.sh venv $(POPULATION_VENV)
+
+# A build of torch for a graphics card brings a runtime of its own, which the lock file leaves
+# out: the second step lets it ask for that.
+$(POPULATION): requirements-population.txt | $(POPULATION_VENV)/bin/python
+	@echo "Installing Anny and PyTorch (some minutes)"
+	@$(POPULATION_VENV)/bin/python $(PIP_INSTALL) -r requirements-population.txt
+	@$(POPULATION_VENV)/bin/python -m pip install -qq --disable-pip-version-check \
+		"$$(grep '^torch==' requirements-population.txt)"
+	@touch $@
+
+$(NODE_MODULES): package.json package-lock.json
+	@scripts/require.sh node
+	@echo "Installing the npm packages of package-lock.json"
+	@npm ci --silent --no-audit --no-fund
+	@touch $@
+
+$(FRONT_END): $(NODE_MODULES) $(SCRIPTS)
+	@echo "Building the front end"
+	@npm run --silent build
+	@mkdir -p $(@D)
+	@touch $@
+
+# Sessions are signed: a key kept here survives a restart. A deployed site sets SECRET_KEY itself.
+instance/secret_key: | $(VENV)/bin/python
+	@mkdir -p $(@D)
+	@umask 077 && $(BIN)/python -c 'import secrets; print(secrets.token_hex(32))' >$@
+
+# ---------------------------------------------------------------- lock files
+
+UV_COMPILE = $(LOCK_VENV)/bin/uv pip compile pyproject.toml --quiet --universal \
+	--fork-strategy fewest --custom-compile-command "make lock" $(ARGS)
+
+# All three agree with one another, and none names the host that a package came from. Torch has
+# one build for each kind of machine, so the population's file holds no hashes.
+lock:
+	@scripts/require.sh venv $(LOCK_VENV)
+	@$(LOCK_VENV)/bin/python -m pip install -qq --disable-pip-version-check uv
+	@$(UV_COMPILE) --generate-hashes -o requirements.txt
+	@$(UV_COMPILE) --generate-hashes --group dev -c requirements.txt -o requirements-dev.txt
+	@$(UV_COMPILE) --group population -c requirements.txt -o requirements-population.txt
