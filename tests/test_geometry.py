@@ -1,0 +1,136 @@
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial import ConvexHull
+
+from model import geometry
+
+
+def tube(sides: int = 64, radius: float = 0.3, height: float = 2.0) -> trimesh.Trimesh:
+    """An open tube about the vertical, its corners on the circle."""
+    turns = np.arange(sides) * 2 * np.pi / sides
+    ring = np.stack([radius * np.cos(turns), np.zeros(sides), radius * np.sin(turns)], axis=1)
+    vertices = np.concatenate([ring, ring + [0, height, 0]])
+    here, there = np.arange(sides), (np.arange(sides) + 1) % sides
+    faces = np.concatenate(
+        [
+            np.stack([here, here + sides, there], axis=1),
+            np.stack([there, here + sides, there + sides], axis=1),
+        ]
+    )
+    return trimesh.Trimesh(vertices, faces, process=False)
+
+
+def hulls_of(mesh: trimesh.Trimesh, origin, normal) -> geometry.Hulls:
+    normal = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
+    return geometry.section_hulls(
+        mesh.vertices[None].view(np.ndarray),
+        geometry.edges_of(mesh.faces),
+        np.asarray([origin], dtype=float),
+        normal[None],
+    )
+
+
+def test_a_tubes_girth_is_its_polygons() -> None:
+    hulls = hulls_of(tube(), (0, 0.7, 0), (0, 1, 0))
+    assert hulls.perimeters[0] == pytest.approx(2 * 64 * 0.3 * np.sin(np.pi / 64), abs=1e-12)
+
+
+def test_a_slanted_cut_of_a_tube_is_an_ellipse() -> None:
+    hulls = hulls_of(tube(sides=2000), (0, 1, 0), (0, 1, 1))
+    a, b = 0.3 * np.sqrt(2), 0.3
+    theta = np.linspace(0, 2 * np.pi, 200_001)
+    ellipse = np.trapezoid(np.hypot(a * np.sin(theta), b * np.cos(theta)), theta)
+    assert hulls.perimeters[0] == pytest.approx(ellipse, rel=1e-5)
+
+
+def test_a_spheres_girth_shrinks_with_height() -> None:
+    sphere = trimesh.creation.icosphere(subdivisions=5, radius=1.0)
+    for height in (0.0, 0.3, 0.8):
+        girth = hulls_of(sphere, (0, height, 0), (0, 1, 0)).perimeters[0]
+        assert girth == pytest.approx(2 * np.pi * np.sqrt(1 - height**2), rel=2e-3)
+
+
+def test_a_plane_through_vertices_counts_them_once() -> None:
+    box = trimesh.creation.box(extents=(2, 2, 2)).subdivide()
+    assert hulls_of(box, (0, 0, 0), (0, 1, 0)).perimeters[0] == pytest.approx(8, abs=1e-12)
+
+
+def test_a_plane_that_misses_has_no_girth() -> None:
+    hulls = hulls_of(tube(), (0, 5, 0), (0, 1, 0))
+    assert hulls.perimeters[0] == 0
+    assert len(hulls.loop(0)) == 0
+
+
+def test_hollows_are_bridged() -> None:
+    """Two separate tubes: the tape goes round both."""
+    left, right = tube(), tube()
+    left.apply_translation([-1, 0, 0])
+    right.apply_translation([1, 0, 0])
+    both = trimesh.util.concatenate([left, right])
+    one = hulls_of(left, (0, 1, 0), (0, 1, 0)).perimeters[0]
+    assert hulls_of(both, (0, 1, 0), (0, 1, 0)).perimeters[0] == pytest.approx(one + 4, abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_hulls_agree_with_qhull_on_rough_meshes(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    mesh = trimesh.creation.icosphere(subdivisions=3)
+    mesh.vertices *= 1 + 0.5 * random.random((len(mesh.vertices), 1))
+    normal = random.normal(size=3)
+    normal /= np.linalg.norm(normal)
+    section = mesh.section(plane_origin=[0, 0.1, 0], plane_normal=normal)
+    flat, _ = section.to_2D()
+    expected = ConvexHull(flat.vertices).area
+    hulls = hulls_of(mesh, (0, 0.1, 0), normal)
+    assert hulls.perimeters[0] == pytest.approx(expected, rel=1e-9)
+
+
+def test_the_perimeters_gradient_is_its_difference_quotient() -> None:
+    random = np.random.default_rng(0)
+    mesh = trimesh.creation.icosphere(subdivisions=2)
+    vertices = mesh.vertices.view(np.ndarray) * (1 + 0.2 * random.random((len(mesh.vertices), 1)))
+    edges, normal = geometry.edges_of(mesh.faces), np.array([0, 1.0, 0])
+    origin = np.array([0, 0.123, 0])
+
+    def girth(moved, at):
+        return geometry.section_hulls(moved[None], edges, at[None], normal[None])
+
+    hulls = girth(vertices, origin)
+    indices, gradient, by_offset = geometry.perimeter_gradient(hulls, 0, vertices, edges, normal)
+    direction = random.normal(size=vertices.shape)
+    step = 1e-7
+    slope = (
+        girth(vertices + step * direction, origin).perimeters[0]
+        - girth(vertices - step * direction, origin).perimeters[0]
+    ) / (2 * step)
+    assert np.sum(gradient * direction[indices]) == pytest.approx(slope, abs=1e-6)
+    rise = (
+        girth(vertices, origin + step * normal).perimeters[0]
+        - girth(vertices, origin - step * normal).perimeters[0]
+    ) / (2 * step)
+    assert by_offset @ normal == pytest.approx(rise, abs=1e-6)
+
+
+def test_volume_of_closed_forms() -> None:
+    box = trimesh.creation.box(extents=(2, 3, 4))
+    moved = np.stack([box.vertices, box.vertices + 5])
+    assert geometry.volume(moved, box.faces) == pytest.approx([24, 24], abs=1e-12)
+
+
+def test_the_volumes_gradient_is_its_difference_quotient() -> None:
+    random = np.random.default_rng(0)
+    mesh = trimesh.creation.icosphere(subdivisions=1)
+    vertices = mesh.vertices.view(np.ndarray) + 0.05 * random.normal(size=mesh.vertices.shape)
+    direction, step = random.normal(size=vertices.shape), 1e-6
+    slope = (
+        geometry.volume(vertices + step * direction, mesh.faces)
+        - geometry.volume(vertices - step * direction, mesh.faces)
+    ) / (2 * step)
+    gradient = geometry.volume_gradient(vertices, mesh.faces)
+    assert np.sum(gradient * direction) == pytest.approx(slope, abs=1e-8)
+
+
+def test_each_edge_is_listed_once() -> None:
+    box = trimesh.creation.box()
+    assert len(geometry.edges_of(box.faces)) == len(box.edges_unique)
