@@ -53,7 +53,7 @@ find_python() {
     local name
     for name in ${PYTHON:-} python3 python3.14 python3.13 python3.12 python3.11; do
         if command -v "$name" >/dev/null && is_new_enough "$name"; then
-            "$name" -c 'import sys; print(sys.executable)'
+            command -v "$name"
             return
         fi
     done

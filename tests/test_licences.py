@@ -3,8 +3,9 @@
 import json
 from pathlib import Path
 
-import licences
 import pytest
+
+import licences
 
 ROOT = Path(__file__).resolve().parent.parent
 
