@@ -46,6 +46,7 @@ run: $(SITE) $(FRONT_END) instance/secret_key
 	@scripts/require.sh osmesa || echo "warning: serving without the two pictures"
 	@echo "Serving http://$(HOST):$(PORT)/ (stop with Ctrl-C)"
 	@PATH="$(CURDIR)/$(BIN):$$PATH" HOST="$(HOST)" PORT="$(PORT)" \
+		FITTING_ROOM_LOCAL="$${FITTING_ROOM_LOCAL:-1}" \
 		SECRET_KEY="$${SECRET_KEY:-$$(cat instance/secret_key)}" \
 		sh -c "$$(sed -n 's/^web: /exec /p' Procfile)"
 
