@@ -38,7 +38,7 @@ export PLAYWRIGHT_SKIP_BROWSER_DOWNLOAD := 1
 .DELETE_ON_ERROR:
 
 help:
-	@sed -n 's/^# \{0,1\}//; /^$$/q; p' Makefile
+	@sed -n '/^#/!q; s/^# \{0,1\}//p' Makefile
 
 # ---------------------------------------------------------------- what people call
 

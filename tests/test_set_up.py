@@ -1,6 +1,7 @@
 """The set-up finds what the machine provides, and names what is missing."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -109,3 +110,84 @@ def test_an_unknown_request_is_answered_with_the_usage(bare):
     answer = require(bare, "wings")
     assert answer.returncode == 2
     assert "usage:" in answer.stderr
+
+
+# ---------------------------------------------------------------- installing
+
+
+def put_installer(bare, package, command):
+    """Put an apt-get that notes how it was called and, installing the package, brings a command."""
+    for name in ("chmod", "true"):
+        (bare / name).symlink_to(shutil.which(name))
+    put(
+        bare,
+        "apt-get",
+        f'echo "$@" >>"{bare}/apt.log"\n'
+        f'case "$*" in *install*{package}*)\n'
+        f'    echo "#!{shutil.which("sh")}" >"{bare}/{command}"; chmod +x "{bare}/{command}";;\n'
+        "esac",
+    )
+
+
+@pytest.mark.parametrize("user", ["root", "sudo"])
+def test_what_is_missing_is_installed_where_that_is_allowed(bare, user):
+    put_installer(bare, "chromium", "chromium")
+    (bare / "id").unlink()
+    put(bare, "id", "echo 0" if user == "root" else "echo 1000")
+    put(bare, "sudo", 'shift; exec "$@"')
+    answer = require(bare, "chromium", NO_INSTALL="")
+    assert answer.returncode == 0
+    assert "Installing system packages: chromium" in answer.stderr
+    assert "--no-install-recommends chromium" in (bare / "apt.log").read_text()
+
+
+def test_nothing_is_installed_that_is_there(bare):
+    put_installer(bare, "chromium", "chromium")
+    put(bare, "chromium", "exit 0")
+    assert require(bare, "chromium", NO_INSTALL="").returncode == 0
+    assert not (bare / "apt.log").exists()
+
+
+def test_nothing_is_installed_where_sudo_would_ask(bare):
+    put_installer(bare, "chromium", "chromium")
+    (bare / "id").unlink()
+    put(bare, "id", "echo 1000")
+    put(bare, "sudo", "exit 1")
+    answer = require(bare, "chromium", NO_INSTALL="")
+    assert answer.returncode == 1
+    assert "Install the package chromium" in answer.stderr
+    assert not (bare / "apt.log").exists()
+
+
+def test_an_installation_that_fails_names_the_package(bare):
+    put(bare, "apt-get", "exit 100")
+    (bare / "id").unlink()
+    put(bare, "id", "echo 0")
+    answer = require(bare, "chromium", NO_INSTALL="")
+    assert answer.returncode == 1
+    assert "Install the package chromium" in answer.stderr
+
+
+# ---------------------------------------------------------------- the commands
+
+
+def test_make_alone_lists_every_command():
+    makefile = (ROOT / "Makefile").read_text()
+    targets = set(re.search(r"^\.PHONY: (.*)$", makefile, re.MULTILINE)[1].split()) - {"help"}
+    answer = subprocess.run(["make"], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert set(re.findall(r"^  make ([\w-]+) ", answer.stdout, re.MULTILINE)) == targets
+
+
+def test_the_server_is_the_one_of_the_procfile():
+    procfile = (ROOT / "Procfile").read_text()
+    assert re.match(
+        r"web: gunicorn .*--worker-class gthread .*--preload .*'webapp:create_app\(\)'", procfile
+    )
+    assert "Procfile" in (ROOT / "Makefile").read_text()
+
+
+def test_continuous_integration_runs_the_command_of_the_readme():
+    script = ROOT / ".ci" / "run"
+    assert os.access(script, os.X_OK)
+    assert script.read_text().rstrip().endswith("exec make test </dev/null")
+    assert "make test" in (ROOT / "README.md").read_text()
