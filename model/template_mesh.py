@@ -1,0 +1,176 @@
+"""The mesh that all bodies share: its triangles, parts and landmarks; and a body on it.
+
+Axes and units as in :mod:`model`: metres, +Y up, facing +Z, the person's left at +X.
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.geometry import Booleans, Floats
+from model.measurements import BodyKind
+
+DATA = Path(__file__).parent / "data"
+
+
+@dataclass(frozen=True)
+class Landmark:
+    """A named point on the skin, the same place on every body.
+
+    Attributes
+    ----------
+    face : the triangle it lies in.
+    weights : barycentric coordinates, by the triangle's corners; they sum to 1.
+    """
+
+    face: int
+    weights: tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class TemplateMesh:
+    """The faces and mean shape that all bodies share.
+
+    Attributes
+    ----------
+    vertices : ndarray of shape (V, 3), metres, the population's mean body.
+    faces : ndarray of shape (F, 3), wound outwards; one closed 2-manifold.
+    face_parts : ndarray of shape (F,), the body part of each face, by index.
+    part_names : the parts, in the order of their index.
+    mirror : ndarray of shape (V,), the vertex on the other side of the body.
+    landmarks : the points that measurements run through, by name.
+    """
+
+    vertices: Floats
+    faces: NDArray[np.int32]
+    face_parts: NDArray[np.uint8]
+    part_names: tuple[str, ...]
+    mirror: NDArray[np.int32]
+    landmarks: Mapping[str, Landmark]
+
+    def faces_of(self, *parts: str) -> Booleans:
+        """Which faces belong to any of these parts: ndarray of shape (F,).
+
+        A part of both sides may be named without its side: ``upper_leg`` is
+        ``upper_leg_left`` and ``upper_leg_right``.
+
+        Raises
+        ------
+        ValueError
+            For a part that the template does not have.
+        """
+        wanted: list[int] = []
+        for part in parts:
+            sides = (part, f"{part}_left", f"{part}_right")
+            found = [i for i, name in enumerate(self.part_names) if name in sides]
+            if not found:
+                raise ValueError(f"the template has no part {part!r}, only {self.part_names}")
+            wanted += found
+        return np.isin(self.face_parts, wanted)
+
+    def landmark_weights(self, *names: str) -> tuple[NDArray[np.int64], Floats]:
+        """The mean point of some landmarks as a weighted sum of vertices.
+
+        Returns
+        -------
+        indices : ndarray of shape (n,), vertex indices.
+        weights : ndarray of shape (n,), summing to 1.
+        """
+        points = [self.landmarks[name] for name in names]
+        indices = np.concatenate([self.faces[point.face] for point in points])
+        weights = np.concatenate([point.weights for point in points]) / len(points)
+        return indices.astype(np.int64), weights
+
+    def landmark_points(self, vertices: Floats, *names: str) -> Floats:
+        """Where the mean point of some landmarks lies.
+
+        Parameters
+        ----------
+        vertices : ndarray of shape (..., V, 3).
+
+        Returns
+        -------
+        ndarray of shape (..., 3).
+        """
+        indices, weights = self.landmark_weights(*names)
+        return np.einsum("...vi,v->...i", vertices[..., indices, :], weights)
+
+    def garment_faces(self, kind: BodyKind) -> Booleans:
+        """Which faces the plain underwear covers: ndarray of shape (F,).
+
+        Briefs for everybody; a band over the chest too, except for the male body. The
+        edges follow planes through landmarks of the mean body, so that they lie on the
+        same triangles on every body.
+        """
+        centres = self.vertices[self.faces].mean(axis=1)
+        mean = self.vertices
+        crotch = self.landmark_points(mean, "crotch")[1]
+        navel = self.landmark_points(mean, "omphalion")[1]
+        breast = self.landmark_points(mean, "thelion_left", "thelion_right")[1]
+        underbust = self.landmark_points(mean, "underbust")[1]
+        armpit = self.landmark_points(mean, "axilla_left", "axilla_right")[1]
+        lower = self.faces_of("torso", "upper_leg")
+        # A leg opening rises from the crotch to the outside of the hip.
+        leg_line = crotch - 0.035 + 0.55 * np.maximum(np.abs(centres[:, 0]) - 0.06, 0)
+        briefs = lower & (centres[:, 1] > leg_line)
+        briefs &= centres[:, 1] < crotch + 0.62 * (navel - crotch)
+        if kind == "male":
+            return briefs
+        half_breast = breast - underbust
+        band = self.faces_of("torso") & (centres[:, 1] > underbust - 0.3 * half_breast)
+        return briefs | (band & (centres[:, 1] < armpit + 0.1 * half_breast))
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A shaped template.
+
+    Attributes
+    ----------
+    template : the mesh it shares with all bodies.
+    vertices : ndarray of shape (V, 3), metres; soles at Y = 0, centred at X = 0.
+    kind : female, male or neutral.
+    """
+
+    template: TemplateMesh
+    vertices: Floats
+    kind: BodyKind
+
+
+@lru_cache(maxsize=1)
+def load_template_mesh(folder: Path = DATA) -> TemplateMesh:
+    """The shipped template, read once per process.
+
+    Raises
+    ------
+    FileNotFoundError
+        Where the shipped data are missing; the message names the file.
+    """
+    with np.load(folder / "template_mesh.npz", allow_pickle=False) as arrays:
+        return template_mesh_from(arrays, folder)
+
+
+def template_mesh_from(arrays: Mapping[str, NDArray[Any]], folder: Path = DATA) -> TemplateMesh:
+    """A template from its saved arrays and the folder's ``landmarks.json``."""
+    faces = arrays["faces"].astype(np.int32)
+    with (folder / "landmarks.json").open(encoding="utf-8") as file:
+        rows = json.load(file)["landmarks"]
+    landmarks = {
+        name: Landmark(face=row["face"], weights=tuple(row["weights"]))
+        for name, row in rows.items()
+    }
+    return TemplateMesh(
+        vertices=arrays["vertices"].astype(np.float64),
+        faces=faces,
+        face_parts=arrays["face_parts"].astype(np.uint8),
+        part_names=tuple(str(name) for name in arrays["part_names"]),
+        mirror=arrays["mirror"].astype(np.int32),
+        landmarks=MappingProxyType(landmarks),
+    )
