@@ -123,7 +123,7 @@ $(POPULATION): requirements-population.txt | $(POPULATION_VENV)/bin/python
 $(NODE_MODULES): package.json package-lock.json
 	@scripts/require.sh node
 	@echo "Installing the npm packages of package-lock.json"
-	@npm ci --silent --no-audit --no-fund
+	@npm ci --loglevel=error --no-audit --no-fund
 	@touch $@
 
 $(FRONT_END): $(NODE_MODULES) $(SCRIPTS)
