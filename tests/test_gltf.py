@@ -1,0 +1,131 @@
+"""The file against its standard, read back by another library and by the standard's validator."""
+
+import io
+import json
+import shutil
+import struct
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from model.gltf import to_glb
+from model.measurements import BODY_KINDS
+from model.template_mesh import Body, load_template_mesh
+
+ROOT = Path(__file__).parents[1]
+EXTRAS = {"estimator": {"version": "1.0"}, "measurements": {"stature": 1.68, "name": "Zoë"}}
+
+
+@pytest.fixture(scope="module", params=BODY_KINDS)
+def body(request):
+    template = load_template_mesh()
+    return Body(template, template.vertices, request.param)
+
+
+@pytest.fixture(scope="module")
+def glb(body):
+    return to_glb(body, EXTRAS)
+
+
+def read(glb):
+    """The document and the binary chunk of a file, by the container's definition."""
+    magic, version, length = struct.unpack_from("<4sII", glb)
+    assert (magic, version, length) == (b"glTF", 2, len(glb))
+    json_length, json_type = struct.unpack_from("<I4s", glb, 12)
+    bin_length, bin_type = struct.unpack_from("<I4s", glb, 20 + json_length)
+    assert (json_type, bin_type) == (b"JSON", b"BIN\0")
+    assert 28 + json_length + bin_length == len(glb)
+    return json.loads(glb[20 : 20 + json_length]), glb[28 + json_length :]
+
+
+def values(document, binary, number):
+    accessor = document["accessors"][number]
+    view = document["bufferViews"][accessor["bufferView"]]
+    kind = {5123: "<u2", 5126: "<f4"}[accessor["componentType"]]
+    width = {"SCALAR": 1, "VEC3": 3}[accessor["type"]]
+    array = np.frombuffer(binary, kind, accessor["count"] * width, view["byteOffset"])
+    return array.reshape(-1, width)
+
+
+def test_the_points_are_the_bodys_to_the_last_bit_of_single_precision(body, glb):
+    document, binary = read(glb)
+    skin, _ = document["meshes"][0]["primitives"]
+    positions = values(document, binary, skin["attributes"]["POSITION"])
+    n = len(body.vertices)
+    np.testing.assert_array_equal(positions[:n], body.vertices.astype(np.float32))
+
+
+def test_two_materials_share_one_set_of_points(glb):
+    document, binary = read(glb)
+    assert len(document["meshes"]) == 1
+    primitives = document["meshes"][0]["primitives"]
+    names = [document["materials"][p["material"]]["name"] for p in primitives]
+    assert names == ["Skin", "Garment"]
+    assert primitives[0]["attributes"] == primitives[1]["attributes"]
+    for material in document["materials"]:
+        assert material["pbrMetallicRoughness"]["metallicFactor"] == 0
+    faces = np.concatenate([values(document, binary, p["indices"]) for p in primitives])
+    count = document["accessors"][primitives[0]["attributes"]["POSITION"]]["count"]
+    np.testing.assert_array_equal(np.unique(faces), np.arange(count))
+
+
+def test_trimesh_reads_the_body(body, glb):
+    scene = trimesh.load(io.BytesIO(glb), file_type="glb")
+    low, high = scene.bounds
+    np.testing.assert_allclose(low, body.vertices.min(axis=0), atol=1e-6)
+    np.testing.assert_allclose(high, body.vertices.max(axis=0), atol=1e-6)
+    whole = scene.to_geometry()
+    whole.merge_vertices(merge_norm=True, merge_tex=True)
+    assert whole.is_watertight
+    expected = trimesh.Trimesh(body.vertices, body.template.faces, process=False).volume
+    assert whole.volume == pytest.approx(expected, rel=1e-5)
+
+
+def test_the_file_says_what_it_is(glb):
+    asset = read(glb)[0]["asset"]
+    assert asset["version"] == "2.0"
+    assert asset["generator"] == "The Fitting Room"
+    assert asset["extras"] == EXTRAS
+    assert "extras" not in read(to_glb(one_body()))[0]["asset"]
+
+
+def test_what_json_has_no_word_for_is_refused():
+    with pytest.raises(ValueError, match="JSON"):
+        to_glb(one_body(), {"stature": float("nan")})
+
+
+def test_the_file_is_small(glb):
+    assert len(glb) < 600_000
+
+
+def test_the_validator_finds_nothing(glb):
+    node = shutil.which("node")
+    if node is None or not (ROOT / "node_modules" / "gltf-validator").is_dir():
+        pytest.skip("needs node and the npm packages: make test installs them")
+    result = subprocess.run(
+        [node, "scripts/validate_glb.mjs"], input=glb, cwd=ROOT, capture_output=True, check=False
+    )
+    assert result.returncode == 0, result.stdout.decode() + result.stderr.decode()
+    issues = json.loads(result.stdout)
+    assert issues["numErrors"] == issues["numWarnings"] == 0
+    assert issues["messages"] == []
+
+
+def test_the_validator_is_heard():
+    node = shutil.which("node")
+    if node is None or not (ROOT / "node_modules" / "gltf-validator").is_dir():
+        pytest.skip("needs node and the npm packages: make test installs them")
+    broken = to_glb(one_body()).replace(b'"VEC3"', b'"VEC2"', 1)
+    result = subprocess.run(
+        [node, "scripts/validate_glb.mjs"], input=broken, cwd=ROOT, capture_output=True, check=False
+    )
+    assert result.returncode == 1
+    assert json.loads(result.stdout)["numErrors"] > 0
+
+
+def one_body():
+    template = load_template_mesh()
+    return Body(template, template.vertices, "neutral")
