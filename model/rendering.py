@@ -40,7 +40,8 @@ MARGIN = 0.04
 # Points of a finer grid per pixel's side, averaged: a smooth outline.
 FINENESS = 2
 
-BACKDROP = (242, 241, 238)
+# As the viewer's on the page (static/css/site.css, --backdrop).
+BACKDROP = (244, 242, 239)
 
 # The darkest of a foot's shadow on the floor, as a share of the light.
 _SHADE = 0.32

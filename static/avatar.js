@@ -6,7 +6,7 @@ const BUTTON_ZOOM = 1.3;
 
 const MESSAGES = {
   loading: "Your avatar in 3D is loading.",
-  ready: "Your avatar is here in 3D.",
+  ready: "Your avatar is here in 3D: buttons below turn it and bring it closer.",
   failed: "The 3D view is not available here. The pictures show the same body.",
 };
 
@@ -14,37 +14,40 @@ const element = document.querySelector("#viewer");
 if (element) start(element);
 
 async function start(element) {
-  const status = statusLine(element);
-  const say = (state) => {
-    status.textContent = MESSAGES[state] ?? "";
-  };
-  // The state may also change later, as when a graphics driver gives up.
-  new MutationObserver(() => say(element.dataset.state)).observe(element, {
-    attributeFilter: ["data-state"],
-  });
+  announce(element);
   try {
     const viewer = createViewer(element);
-    connectButtons(viewer);
+    connectButtons(element, viewer);
     await viewer.load(element.dataset.glb);
   } catch (error) {
-    // The picture stays where it is, and so do the other pictures and the download.
+    // The still picture stays where it is, and so do the two others and the download.
     element.dataset.state = "failed";
     console.warn(error.message);
   }
 }
 
-function statusLine(element) {
+/** A line that is read out when the state changes, also later: a graphics driver may give up. */
+function announce(element) {
   const line = document.createElement("p");
   line.className = "viewer-status";
   line.setAttribute("role", "status");
-  element.append(line);
-  return line;
+  element.after(line);
+  const observer = new MutationObserver(() => {
+    line.textContent = MESSAGES[element.dataset.state] ?? "";
+  });
+  observer.observe(element, { attributeFilter: ["data-state"] });
 }
 
-function connectButtons(viewer) {
-  for (const button of document.querySelectorAll("button[data-view]")) {
+function connectButtons(element, viewer) {
+  const views = [...document.querySelectorAll("button[data-view]")];
+  for (const button of views) {
     button.addEventListener("click", () => viewer.show(button.dataset.view));
   }
+  element.addEventListener("viewchange", ({ detail: view }) => {
+    for (const button of views) {
+      button.setAttribute("aria-pressed", String(button.dataset.view === view));
+    }
+  });
   for (const button of document.querySelectorAll("button[data-zoom]")) {
     const factor = button.dataset.zoom === "in" ? BUTTON_ZOOM : 1 / BUTTON_ZOOM;
     button.addEventListener("click", () => viewer.zoom(factor));

@@ -21,9 +21,9 @@ export const VIEWS = Object.freeze({
  * @param {{height: number, radius: number}} body its height, and the radius of the upright
  *     cylinder that holds it
  * @param {{fieldOfView: number, aspect: number}} lens upright field of view, width over height
- * @param {number} margin how much larger the frame is than the body: 1.1 leaves a tenth
+ * @param {number} margin how much larger the frame is than the body: 1.1 leaves a tenth free
  */
-export function fitDistance(body, lens, margin = 1.1) {
+export function fitDistance(body, lens, margin = 1.05) {
   const slope = Math.tan(lens.fieldOfView / 2);
   const forHeight = ((body.height / 2) * margin) / slope;
   const forWidth = (body.radius * margin) / (slope * lens.aspect);

@@ -5,7 +5,7 @@
  * @param {number} darkest the opacity in the middle, from 0 to 1
  * @returns {Uint8Array} red, green, blue and opacity of each pixel, row by row
  */
-export function radialShade(side, darkest = 0.4) {
+export function radialShade(side, darkest = 0.28) {
   const pixels = new Uint8Array(4 * side * side);
   for (let row = 0; row < side; row += 1) {
     for (let column = 0; column < side; column += 1) {

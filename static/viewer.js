@@ -8,8 +8,9 @@
  *     viewer.zoom(1.25);                  // nearer by a quarter
  *     viewer.dispose();
  *
- * The element's `data-state` says how it stands: loading, ready or failed. It draws only when
- * something has changed.
+ * The element's `data-state` says how it stands: loading, ready or failed; until it is ready, and
+ * if it fails, the still picture inside stays. An event `viewchange` names the view that is shown.
+ * It draws only when something has changed.
  */
 
 import {
@@ -77,7 +78,7 @@ class Viewer {
     this.#canvas.tabIndex = 0;
     this.#canvas.setAttribute("role", "application");
     this.#canvas.setAttribute("aria-label", `Avatar in 3D. ${KEYS_HELP}`);
-    this.#canvas.hidden = true;
+    this.#uncover(false);
     try {
       this.#renderer = new WebGLRenderer({ canvas: this.#canvas, antialias: true, alpha: true });
     } catch (error) {
@@ -115,14 +116,13 @@ class Viewer {
         ? error
         : new ViewerError("The avatar's file could not be shown.", { cause: error });
     }
-    this.#canvas.hidden = false;
-    this.#element.dataset.state = "ready";
-    this.#resize();
+    this.#uncover(true);
   }
 
   /** Turn to a named view of the whole body: at once where the reader wants little motion. */
   show(name) {
     this.#goTo({ ...VIEWS[name], distance: this.#wholeDistance(), height: this.#extent.height / 2 });
+    this.#tell(name);
   }
 
   /** Come nearer by a factor; below 1, go away. */
@@ -146,19 +146,24 @@ class Viewer {
     delete this.#element.dataset.state;
   }
 
+  /** The page may mark the view that is shown, "" once the reader has turned away from it. */
+  #tell(view) {
+    this.#element.dispatchEvent(new CustomEvent("viewchange", { detail: view }));
+  }
+
   // ---- the scene ----
 
   #light() {
     // The lamps stand by the camera, as in the two pictures: what is looked at is lit.
     for (const [colour, strength, x, y, z] of [
-      [0xfff6ea, 2.3, -0.6, 0.55, 0.75],
+      [0xfff6ea, 2.8, -0.6, 0.55, 0.75],
       [0xe6efff, 0.5, 0.9, 0.1, 0.35],
     ]) {
       const lamp = new DirectionalLight(colour, strength);
       lamp.position.set(x, y, z);
       this.#camera.add(lamp, lamp.target);
     }
-    this.#scene.add(new HemisphereLight(0xf4f6fa, 0x8f8578, 1.05));
+    this.#scene.add(new HemisphereLight(0xf4f6fa, 0x8f8578, 1.15));
   }
 
   #replace(body) {
@@ -180,9 +185,12 @@ class Viewer {
     };
     const middle = box.getCenter(new Vector3());
     this.#ground.position.set(0, 0, middle.z);
-    this.#ground.scale.setScalar(0.36 * box.max.y);
+    this.#ground.scale.setScalar(0.31 * box.max.y);
     this.#limit();
-    if (first) this.#stand({ ...VIEWS.front, distance: this.#wholeDistance(), height: box.max.y / 2 });
+    if (first) {
+      this.#stand({ ...VIEWS.front, distance: this.#wholeDistance(), height: box.max.y / 2 });
+      this.#tell("front");
+    }
     this.#draw();
   }
 
@@ -194,9 +202,10 @@ class Viewer {
     controls.minPolarAngle = 0.2;
     controls.maxPolarAngle = Math.PI / 2 + 0.25; // a little from below, not from under the floor
     // A thumb that strokes upwards scrolls the page; sideways it turns the body.
-    this.#canvas.style.touchAction = "pan-y pinch-zoom";
+    this.#canvas.style.touchAction = "pan-y";
     controls.addEventListener("start", () => {
       this.#motion = null;
+      this.#tell("");
     });
     controls.addEventListener("change", () => {
       this.#keepOnAxis();
@@ -248,6 +257,17 @@ class Viewer {
 
   // ---- drawing ----
 
+  /** Show the canvas in place of the still picture that the element may hold, or the other way. */
+  #uncover(drawn) {
+    this.#canvas.style.display = drawn ? "block" : "none";
+    for (const still of this.#element.querySelectorAll("img")) {
+      still.style.visibility = drawn ? "hidden" : "";
+    }
+    if (!drawn) return;
+    this.#resize();
+    this.#element.dataset.state = "ready";
+  }
+
   /** Ask for a frame, once however often it is called before that frame. */
   #draw() {
     this.#frame ||= requestAnimationFrame((now) => this.#drawNow(now));
@@ -268,7 +288,7 @@ class Viewer {
 
   #resize() {
     const { clientWidth: width, clientHeight: height } = this.#element;
-    if (!width || !height || this.#canvas.hidden) return;
+    if (!width || !height) return;
     const whole = this.#wholeDistance();
     this.#renderer.setPixelRatio(Math.min(window.devicePixelRatio, MOST_PIXELS_PER_POINT));
     this.#renderer.setSize(width, height);
@@ -306,7 +326,7 @@ class Viewer {
     this.#canvas.addEventListener(
       "webglcontextlost",
       () => {
-        this.#canvas.hidden = true;
+        this.#uncover(false);
         this.#element.dataset.state = "failed";
       },
       { signal },
@@ -314,9 +334,7 @@ class Viewer {
     this.#canvas.addEventListener(
       "webglcontextrestored",
       () => {
-        this.#canvas.hidden = false;
-        this.#element.dataset.state = "ready";
-        this.#resize();
+        this.#uncover(true);
       },
       { signal },
     );
@@ -325,6 +343,7 @@ class Viewer {
   #press(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const turn = (azimuth, polar) => {
+      this.#tell("");
       const now = this.#motion?.end ?? this.#orbit();
       const { minPolarAngle, maxPolarAngle } = this.#controls;
       this.#goTo({
