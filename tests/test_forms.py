@@ -1,0 +1,244 @@
+"""Requests: what they may ask, and every refusal."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from model.anthropometry import TAKEN
+from model.measurements import BODY_KINDS, MEASUREMENTS
+from model.rendering import Camera
+from webapp.forms import (
+    BODY_MEMBERS,
+    FILE_MEMBERS,
+    PICTURE_MEMBERS,
+    TYPED_LENGTH,
+    Refused,
+    Typed,
+    read_document,
+)
+
+LIMITS = {
+    kind: {name: (30, 200) if name == "weight" else (0.05, 2.0) for name in TAKEN}
+    | {"stature": (1.3, 2.1), "waist_girth": (0.45, 1.7)}
+    for kind in BODY_KINDS
+}
+WOMAN = {"body": "female", "measurements": {"stature": 168, "waist_girth": 74}}
+
+
+def faults_of(document, members=PICTURE_MEMBERS):
+    with pytest.raises(Refused) as refused:
+        read_document(document, members, LIMITS)
+    return {(fault.field, fault.code) for fault in refused.value.faults}
+
+
+def faults_of_form(**fields):
+    with pytest.raises(Refused) as refused:
+        Typed.of({"body": "female", "stature": "168"} | fields).read(LIMITS)
+    return {fault.field: fault for fault in refused.value.faults}
+
+
+def test_a_document_in_centimetres_is_read_as_si():
+    wanted = read_document(WOMAN, BODY_MEMBERS, LIMITS)
+    assert wanted.body == "female"
+    assert wanted.units == "metric"
+    assert dict(wanted.asked) == {"stature": 1.68, "waist_girth": 0.74}
+
+
+def test_a_document_in_inches_and_pounds_is_read_as_si():
+    document = {
+        "body": "neutral",
+        "units": "imperial",
+        "measurements": {"weight": 150, "stature": 66},
+    }
+    wanted = read_document(document, BODY_MEMBERS, LIMITS)
+    assert wanted.asked["stature"] == pytest.approx(1.6764)
+    assert wanted.asked["weight"] == pytest.approx(68.0388555)
+
+
+def test_a_document_may_place_the_camera():
+    drawing = {"silhouette": True, "camera": {"distance": 2.5}, "facing": "left"}
+    wanted = read_document(WOMAN | drawing, PICTURE_MEMBERS, LIMITS)
+    assert wanted.silhouette
+    assert wanted.camera == Camera(distance=2.5)
+    assert wanted.facing == "left"
+
+
+@pytest.mark.parametrize("document", [None, [], 1.0, "stature", True])
+def test_a_document_that_is_no_object_is_refused(document):
+    assert faults_of(document) == {("", "not_an_object")}
+
+
+def measured(**measurements):
+    return WOMAN | {"measurements": WOMAN["measurements"] | measurements}
+
+
+@pytest.mark.parametrize(
+    ("document", "field", "code"),
+    [
+        ({"measurements": {"stature": 168}}, "body", "required"),
+        (WOMAN | {"body": "child"}, "body", "invalid_choice"),
+        (WOMAN | {"body": None}, "body", "invalid_choice"),
+        (WOMAN | {"body": ["female"]}, "body", "invalid_choice"),
+        (WOMAN | {"units": "cm"}, "units", "invalid_choice"),
+        (WOMAN | {"units": None}, "units", "invalid_choice"),
+        (WOMAN | {"fit": "loose"}, "fit", "invalid_choice"),
+        (WOMAN | {"facing": "up"}, "facing", "invalid_choice"),
+        (WOMAN | {"silhouette": 1}, "silhouette", "invalid_choice"),
+        (WOMAN | {"colour": "red"}, "colour", "unknown_member"),
+        ({"body": "female"}, "measurements", "required"),
+        (WOMAN | {"measurements": [168]}, "measurements", "not_an_object"),
+        (WOMAN | {"measurements": {}}, "measurements.stature", "required"),
+        (measured(shoe_size=40), "measurements.shoe_size", "unknown_measurement"),
+        (measured(waist_girth="74"), "measurements.waist_girth", "not_a_number"),
+        (measured(waist_girth=None), "measurements.waist_girth", "not_a_number"),
+        (measured(waist_girth=True), "measurements.waist_girth", "not_a_number"),
+        (measured(waist_girth=[74]), "measurements.waist_girth", "not_a_number"),
+        (measured(waist_girth=math.nan), "measurements.waist_girth", "not_a_number"),
+        (measured(waist_girth=math.inf), "measurements.waist_girth", "not_a_number"),
+        (measured(waist_girth=10**400), "measurements.waist_girth", "not_a_number"),
+        (measured(waist_girth=1e300), "measurements.waist_girth", "out_of_range"),
+        (measured(waist_girth=0), "measurements.waist_girth", "out_of_range"),
+        (measured(waist_girth=-74), "measurements.waist_girth", "out_of_range"),
+        (measured(stature=1.68), "measurements.stature", "out_of_range"),
+        (WOMAN | {"camera": None}, "camera", "not_an_object"),
+        (WOMAN | {"camera": 3}, "camera", "not_an_object"),
+        (WOMAN | {"camera": {"zoom": 2}}, "camera.zoom", "unknown_member"),
+        (WOMAN | {"camera": {"distance": "3"}}, "camera.distance", "not_a_number"),
+        (WOMAN | {"camera": {"distance": 0}}, "camera.distance", "out_of_range"),
+        (WOMAN | {"camera": {"height": -1}}, "camera.height", "out_of_range"),
+        (WOMAN | {"camera": {"height": math.nan}}, "camera.height", "not_a_number"),
+    ],
+)
+def test_a_value_that_cannot_be_is_refused_at_its_field(document, field, code):
+    assert faults_of(document) == {(field, code)}
+
+
+def test_a_measurement_that_is_not_taken_yet_is_refused():
+    names = [name for name in MEASUREMENTS if name not in TAKEN]
+    for name in names:
+        assert faults_of(measured(**{name: 40})) == {(f"measurements.{name}", "not_available")}
+
+
+def test_morph_targets_are_refused_until_there_are_any():
+    read_document(WOMAN | {"morph_targets": False}, FILE_MEMBERS, LIMITS)
+    fault = ("morph_targets", "not_available")
+    assert faults_of(WOMAN | {"morph_targets": True}, FILE_MEMBERS) == {fault}
+
+
+def test_members_of_a_picture_are_unknown_to_the_others():
+    assert faults_of(WOMAN | {"camera": {}}, BODY_MEMBERS) == {("camera", "unknown_member")}
+
+
+def test_all_faults_are_told_at_once():
+    document = {"units": "cm", "colour": "red", "measurements": {"waist_girth": "74"}}
+    assert {field for field, _ in faults_of(document)} == {
+        "body",
+        "units",
+        "colour",
+        "measurements.stature",
+        "measurements.waist_girth",
+    }
+
+
+json_values = st.recursive(
+    st.none() | st.booleans() | st.floats() | st.integers() | st.text(),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3),
+    max_leaves=8,
+)
+documents = st.fixed_dictionaries(
+    {},
+    optional={
+        "body": st.sampled_from(BODY_KINDS) | json_values,
+        "units": st.sampled_from(["metric", "imperial"]) | json_values,
+        "fit": json_values,
+        "silhouette": json_values,
+        "facing": json_values,
+        "camera": st.dictionaries(st.sampled_from(["distance", "height", "x"]), json_values),
+        "measurements": st.dictionaries(
+            st.sampled_from([*MEASUREMENTS, "x"]), st.floats(0, 250) | json_values
+        ),
+        "x": json_values,
+    },
+)
+
+
+@given(documents | json_values)
+def test_any_document_is_read_or_refused(document):
+    try:
+        wanted = read_document(document, PICTURE_MEMBERS, LIMITS)
+    except Refused:
+        return
+    assert "stature" in wanted.asked
+
+
+def test_a_form_is_read_as_it_was_typed():
+    fields = {"body": "male", "units": "imperial", "stature": "5'6", "waist_girth": "34 1/2"}
+    wanted = Typed.of(fields).read(LIMITS)
+    assert wanted.body == "male"
+    assert wanted.units == "imperial"
+    assert wanted.asked["stature"] == pytest.approx(1.6764)
+    assert wanted.asked["waist_girth"] == pytest.approx(0.8763)
+
+
+def test_a_form_without_a_body_or_a_height_is_refused():
+    assert {field: fault.code for field, fault in faults_of_form(body="", stature=" ").items()} == {
+        "body": "required",
+        "stature": "required",
+    }
+
+
+def test_what_is_no_number_is_refused_with_a_way_to_write_one():
+    assert "57.5 or 57,5" in faults_of_form(waist_girth="thin")["waist_girth"].message
+    imperial = faults_of_form(units="imperial", stature="tall", waist_girth="thin", weight="light")
+    assert "5 ft 6" in imperial["stature"].message
+    assert "22 1/2" in imperial["waist_girth"].message
+    assert "140" in imperial["weight"].message
+
+
+@pytest.mark.parametrize(
+    ("units", "field", "typed", "message"),
+    [
+        ("metric", "stature", "1.68", "That looks like metres. Did you mean 168 cm?"),
+        ("metric", "stature", "66", "That looks like inches. Did you mean 167.6 cm?"),
+        ("metric", "stature", "1680", "That looks like millimetres. Did you mean 168 cm?"),
+        ("metric", "stature", "5.5", "That looks like feet. Did you mean 167.6 cm?"),
+        ("metric", "waist_girth", "30", "That looks like inches. Did you mean 76.2 cm?"),
+        ("metric", "weight", "11", "That looks like stones. Did you mean 69.9 kg?"),
+        ("metric", "weight", "250", "That looks like pounds. Did you mean 113.4 kg?"),
+        ("imperial", "stature", "168", "That looks like centimetres. Did you mean 66.1 in?"),
+        ("imperial", "stature", "5.5", "That looks like feet. Did you mean 66 in?"),
+        ("imperial", "weight", "60", "That looks like kilograms. Did you mean 132.3 lb?"),
+    ],
+)
+def test_a_number_that_fits_another_unit_is_told(units, field, typed, message):
+    stature = {"metric": "168", "imperial": "66"}[units]
+    fault = faults_of_form(**{"units": units, "stature": stature, field: typed})[field]
+    assert fault.code == "out_of_range"
+    assert fault.message == message
+
+
+def test_a_number_that_fits_no_unit_is_told_the_limits():
+    message = faults_of_form(stature="100")["stature"].message
+    assert message.startswith("We can work with 130 to 210 cm here.")
+
+
+def test_typed_answers_keep_to_a_length_that_fits_the_cookie():
+    typed = Typed.of(dict.fromkeys(TAKEN, "9" * 500))
+    assert {len(answer) for answer in typed.answers.values()} == {TYPED_LENGTH}
+
+
+def test_answers_survive_the_session():
+    typed = Typed.of({"body": "neutral", "units": "imperial", "stature": "5'6", "hip_girth": "x"})
+    assert Typed.of(typed.fields()) == typed
+
+
+def test_strange_fields_are_left_out():
+    assert Typed.of({"body": "child", "units": "ells", "shoe_size": "40"}) == Typed()
+
+
+def test_a_change_of_units_keeps_what_is_no_number():
+    typed = Typed.of({"stature": "168", "weight": "68", "hip_girth": "wide"}).in_units("imperial")
+    assert typed.units == "imperial"
+    assert typed.answers == {"stature": "5 ft 6.14 in", "weight": "149.9", "hip_girth": "wide"}

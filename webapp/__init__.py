@@ -1,0 +1,174 @@
+"""The Fitting Room's site: reads requests, calls the model, writes responses."""
+
+import hashlib
+import os
+import secrets
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from flask import Flask, jsonify, render_template, request, url_for
+from flask.json.provider import DefaultJSONProvider
+from flask_limiter import Limiter
+from flask_limiter.util import get_remote_address
+from flask_wtf import CSRFProtect
+from model.estimators import load_estimators
+from werkzeug.exceptions import HTTPException, ServiceUnavailable
+from werkzeug.middleware.proxy_fix import ProxyFix
+from werkzeug.wrappers import Response
+
+from model.rendering import RenderingUnavailable
+from webapp import api, avatars, units, wizard
+from webapp.forms import Refused
+
+ROOT = Path(__file__).parent.parent
+
+CONTENT_SECURITY_POLICY = {
+    "default-src": "'self'",
+    "script-src": "'self'",
+    "style-src": "'self'",
+    "img-src": "'self' blob: data:",
+    # The promise that nothing of a shopper goes elsewhere, kept by the browser.
+    "connect-src": "'self'",
+    "worker-src": "'self'",
+    "form-action": "'self'",
+    "object-src": "'none'",
+    "base-uri": "'none'",
+    "frame-ancestors": "'none'",
+}
+SECURITY_HEADERS = {
+    "Content-Security-Policy": "; ".join(
+        f"{what} {whence}" for what, whence in CONTENT_SECURITY_POLICY.items()
+    ),
+    "X-Content-Type-Options": "nosniff",
+    # Forms over https are checked against the referrer, so our own pages must send one.
+    "Referrer-Policy": "same-origin",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Permissions-Policy": "camera=(), microphone=(), geolocation=(), payment=(), usb=()",
+}
+
+YEAR = 365 * 24 * 60 * 60
+"""Seconds."""
+
+
+class InTheirOrder(DefaultJSONProvider):
+    """JSON whose members stay in the order in which they are made."""
+
+    sort_keys = False
+
+
+def create_app(settings: Mapping[str, Any] | None = None) -> Flask:
+    """The site, ready to serve.
+
+    Parameters
+    ----------
+    settings : mapping, optional
+        Flask's settings, which go before those of the environment.
+
+    Raises
+    ------
+    RuntimeError
+        If there is no secret key and the site is not said to be local.
+    """
+    app = Flask(__name__, template_folder=ROOT / "templates", static_folder=ROOT / "static")
+    app.config.update(environment(os.environ))
+    app.config.update(settings or {})
+    if not app.config["SECRET_KEY"]:
+        raise RuntimeError("SECRET_KEY must be set: it signs what shoppers' browsers keep")
+    app.jinja_options = {"trim_blocks": True, "lstrip_blocks": True}
+    if app.config["TRUSTED_PROXIES"]:
+        hops = app.config["TRUSTED_PROXIES"]
+        app.wsgi_app = ProxyFix(  # type: ignore[method-assign]
+            app.wsgi_app, x_for=hops, x_proto=hops, x_host=hops
+        )
+
+    app.json = InTheirOrder(app)
+
+    app.extensions["estimators"] = load_estimators()
+    csrf = CSRFProtect(app)
+    csrf.exempt(api.bp)
+    limiter = Limiter(get_remote_address, app=app)
+    for blueprint in (wizard.bp, avatars.bp, api.bp):
+        app.register_blueprint(blueprint)
+    app.add_url_rule("/healthz", view_func=limiter.exempt(health))
+
+    app.add_template_filter(units.show)
+    app.add_template_filter(units.show_signed)
+    app.add_template_global(static_url)
+    app.register_error_handler(HTTPException, failed)
+    app.register_error_handler(Refused, api.refused)
+    app.register_error_handler(RenderingUnavailable, no_picture)
+    app.after_request(add_headers)
+    return app
+
+
+def environment(variables: Mapping[str, str]) -> dict[str, Any]:
+    """Flask's settings from the environment's variables.
+
+    SECRET_KEY signs the session. FITTING_ROOM_LOCAL=1 is for a server on one's own machine, without
+    https: cookies travel without it, and a key is made up where there is none. TRUSTED_PROXIES
+    counts the proxies in front. Variables of Flask-Limiter are named as it names its settings.
+    """
+    local = variables.get("FITTING_ROOM_LOCAL", "0") == "1"
+    return {
+        "SECRET_KEY": variables.get("SECRET_KEY") or (secrets.token_hex(32) if local else ""),
+        "SESSION_COOKIE_NAME": "fitting_room",
+        "SESSION_COOKIE_HTTPONLY": True,
+        "SESSION_COOKIE_SAMESITE": "Lax",
+        "SESSION_COOKIE_SECURE": not local,
+        # The token lives as long as the session: a form may stay open while one looks for a tape.
+        "WTF_CSRF_TIME_LIMIT": None,
+        "MAX_CONTENT_LENGTH": 64 * 1024,
+        "TRUSTED_PROXIES": int(variables.get("TRUSTED_PROXIES") or 0),
+        "RATELIMIT_ENABLED": variables.get("RATELIMIT_ENABLED", "1") not in ("0", "false", ""),
+        "RATELIMIT_STORAGE_URI": variables.get("RATELIMIT_STORAGE_URI") or "memory://",
+        "RATELIMIT_DEFAULT": variables.get("RATELIMIT_DEFAULT") or "600 per minute",
+    }
+
+
+def health() -> Response:
+    """Says that the estimators are loaded: without them the site does not start."""
+    return jsonify(status="ok")
+
+
+def static_url(filename: str) -> str:
+    """The address of a static file, with its fingerprint: it may be kept for a year."""
+    file = ROOT / "static" / filename
+    if not file.is_file():
+        return url_for("static", filename=filename)
+    fingerprint = hashlib.sha256(file.read_bytes()).hexdigest()[:12]
+    return url_for("static", filename=filename, v=fingerprint)
+
+
+def failed(error: HTTPException) -> Response:
+    """An error as a page, or as a problem for callers of the API."""
+    if request.path.startswith("/api/"):
+        return api.problem(error)
+    response = error.get_response()
+    response.set_data(render_template("error.html", code=error.code or 500))
+    return response
+
+
+def no_picture(error: RenderingUnavailable) -> Response:
+    """What is asked for needs a picture, and this machine cannot draw."""
+    return failed(ServiceUnavailable(f"Pictures cannot be drawn on this server: {error}"))
+
+
+def add_headers(response: Response) -> Response:
+    """Security for every response; caching for what may be kept and only that."""
+    for name, value in SECURITY_HEADERS.items():
+        response.headers.setdefault(name, value)
+    if request.endpoint == "static":
+        if "v" in request.args:
+            response.cache_control.max_age = YEAR
+            response.cache_control.public = True
+            response.cache_control.immutable = True
+            response.cache_control.no_cache = None
+    elif request.endpoint == "wizard.form":
+        # Kept by the browser alone, so that going back shows what was typed.
+        response.cache_control.private = True
+        response.cache_control.no_cache = True
+    else:
+        response.cache_control.no_store = True
+    return response

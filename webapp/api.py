@@ -1,0 +1,153 @@
+"""The HTTP API, version 1: JSON in, JSON, files and pictures out. It sets no cookie."""
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+from flask import Blueprint, Response, abort, jsonify, request
+from werkzeug.exceptions import HTTPException, UnprocessableEntity
+
+from model.measurements import BODY_KINDS, MEASUREMENTS
+from model.rendering import Side
+from webapp import openapi, units
+from webapp.avatars import Avatar, glb, limits, make_avatar, picture, rows
+from webapp.forms import (
+    BODY_MEMBERS,
+    FILE_MEMBERS,
+    PICTURE_MEMBERS,
+    AvatarRequest,
+    Refusal,
+    Refused,
+    read_document,
+)
+from webapp.units import UNITS, Units
+
+DECIMALS = 3
+"""Of centimetres, inches, kilograms and pounds in answers: finer than any tape."""
+
+bp = Blueprint("api", __name__, url_prefix="/api/v1")
+
+
+@bp.get("/measurements")
+def measurements() -> Response:
+    """The table of measurements, with what each kind of body can plausibly measure."""
+    chosen = request.args.get("units", "metric")
+    if chosen not in UNITS:
+        raise Refused([Refusal("units", "invalid_choice", f"One of {', '.join(UNITS)} is needed.")])
+    return jsonify(
+        [
+            {
+                "name": name,
+                "label": row.label,
+                "kind": row.kind,
+                "unit": units.SYMBOLS[row.unit][chosen],
+                "definition": row.definition,
+                "how_to": row.how_to,
+                "helper_needed": row.helper_needed,
+                "range": {
+                    kind: _range(name, limits()[kind].get(name), chosen) for kind in BODY_KINDS
+                },
+                "in_wizard": {kind: kind in row.in_wizard for kind in BODY_KINDS},
+            }
+            for name, row in MEASUREMENTS.items()
+        ]
+    )
+
+
+@bp.post("/avatars")
+def avatar() -> Response:
+    """A body's measurements, each as asked and as taken."""
+    return jsonify(_document(make_avatar(_wanted(BODY_MEMBERS))))
+
+
+@bp.post("/avatars.glb")
+def avatar_file() -> Response:
+    """A body as a glTF file."""
+    return glb(make_avatar(_wanted(FILE_MEMBERS)))
+
+
+@bp.post("/avatars/<any(front, profile):side>.png")
+def avatar_picture(side: Side) -> Response:
+    """A body as a picture."""
+    return picture(make_avatar(_wanted(PICTURE_MEMBERS)), side)
+
+
+@bp.get("/openapi.json")
+def description() -> Response:
+    """The API in OpenAPI's words."""
+    return jsonify(openapi.document())
+
+
+def problem(error: HTTPException, faults: Sequence[Refusal] = ()) -> Response:
+    """An error as RFC 9457 has it, with the headers that belong to its status."""
+    response = error.get_response()
+    content = {
+        "type": "about:blank",
+        "title": error.name,
+        "status": error.code,
+        "detail": error.description,
+        "errors": [
+            {"field": fault.field, "code": fault.code, "message": fault.message} for fault in faults
+        ],
+    }
+    return Response(
+        json.dumps(content),
+        status=error.code,
+        headers=[header for header in response.headers if header[0] != "Content-Length"],
+        content_type="application/problem+json",
+    )
+
+
+def refused(error: Refused) -> Response:
+    """A request that cannot be met, fault by fault."""
+    return problem(UnprocessableEntity("Some values cannot be used."), error.faults)
+
+
+def _wanted(members: Sequence[str]) -> AvatarRequest:
+    """What the request's body asks for."""
+    if not request.is_json:
+        abort(415, "The request's content type must be application/json.")
+    try:
+        # Integers are read as floats too: Python refuses to read very long ones.
+        document = json.loads(request.get_data(), parse_int=float)
+    except (ValueError, RecursionError):
+        abort(400, "The request's body is not JSON.")
+    return read_document(document, members, limits())
+
+
+def _document(avatar: Avatar) -> dict[str, Any]:
+    """An avatar as the API's answer."""
+    chosen = avatar.wanted.units
+    return {
+        "body": avatar.wanted.body,
+        "units": chosen,
+        "measurements": [
+            {
+                "name": row.name,
+                "label": MEASUREMENTS[row.name].label,
+                "kind": MEASUREMENTS[row.name].kind,
+                "unit": units.SYMBOLS[MEASUREMENTS[row.name].unit][chosen],
+                "asked": None if row.asked is None else _number(row.name, row.asked, chosen),
+                "taken": _number(row.name, row.taken, chosen),
+                "low": _number(row.name, row.low, chosen),
+                "high": _number(row.name, row.high, chosen),
+                "path": avatar.measured.paths[row.name].round(5).tolist(),
+            }
+            for row in rows(avatar)
+        ],
+        "warnings": [],
+        "estimator": {
+            "version": avatar.estimator.version,
+            "trained_on": avatar.estimator.trained_on,
+        },
+    }
+
+
+def _range(name: str, limits: tuple[float, float] | None, chosen: Units) -> list[float] | None:
+    """Limits in the API's unit; None for a measurement that is not used yet."""
+    return None if limits is None else [_number(name, limit, chosen) for limit in limits]
+
+
+def _number(name: str, value: float, chosen: Units) -> float:
+    """A value in the API's unit, to `DECIMALS`."""
+    return round(units.from_si(value, MEASUREMENTS[name].unit, chosen), DECIMALS)

@@ -1,0 +1,173 @@
+"""The avatar: its page, its file and its pictures, from the measurements in the session."""
+
+import functools
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from flask import (
+    Blueprint,
+    Response,
+    abort,
+    current_app,
+    flash,
+    redirect,
+    render_template,
+    session,
+    url_for,
+)
+from model.estimators import Estimator
+from werkzeug.wrappers import Response as AnyResponse
+
+from model.anthropometry import Measured, measure
+from model.gltf import to_glb
+from model.measurements import MEASUREMENTS, BodyKind, MeasurementSet
+from model.rendering import RenderingUnavailable, Side, render_png
+from model.template_mesh import Body
+from webapp.forms import AvatarRequest, Refused, Typed
+from webapp.units import symbols
+
+MET = 0.0005
+"""Metres or kilograms: an entered value this near to the body's is the body's."""
+
+bp = Blueprint("avatars", __name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Avatar:
+    """A body, what was asked of it and what it measures."""
+
+    wanted: AvatarRequest
+    estimator: Estimator
+    body: Body
+    measured: Measured
+    ranges: Mapping[str, tuple[float, float]]
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One measurement of an avatar, SI; `asked` is None where it was not entered."""
+
+    name: str
+    asked: float | None
+    taken: float
+    low: float
+    high: float
+
+
+def estimators() -> Mapping[BodyKind, Estimator]:
+    """The estimators that this process loaded at its start."""
+    loaded: Mapping[BodyKind, Estimator] = current_app.extensions["estimators"]
+    return loaded
+
+
+def make_avatar(wanted: AvatarRequest) -> Avatar:
+    """Estimate the body that was asked for and measure it."""
+    estimator = estimators()[wanted.body]
+    body = estimator.estimate(wanted.asked)
+    measured = measure(body)
+    ranges = estimator.ranges(wanted.asked, measured.values)
+    return Avatar(wanted, estimator, body, measured, ranges)
+
+
+def rows(avatar: Avatar) -> list[Row]:
+    """What was asked and what the body measures, in the table's order."""
+    table = []
+    for name, taken in avatar.measured.values.items():
+        asked = avatar.wanted.asked.get(name)
+        if asked is None:
+            low, high = avatar.ranges[name]
+        elif abs(asked - taken) <= MET:
+            low = high = taken
+        else:
+            low, high = sorted((asked, taken))
+        table.append(Row(name, asked, taken, low, high))
+    return table
+
+
+def glb(avatar: Avatar) -> Response:
+    """The avatar as a file to keep; it says which estimator made it, and of what."""
+    extras = {
+        "body": avatar.wanted.body,
+        "estimator": {
+            "version": avatar.estimator.version,
+            "trained_on": avatar.estimator.trained_on,
+        },
+        "units": "metres and kilograms",
+        "measurements": {
+            row.name: {"asked": row.asked, "taken": round(row.taken, 5)} for row in rows(avatar)
+        },
+    }
+    response = Response(to_glb(avatar.body, extras), mimetype="model/gltf-binary")
+    response.headers.set("Content-Disposition", "attachment", filename="avatar.glb")
+    return response
+
+
+def picture(avatar: Avatar, side: Side) -> Response:
+    """The avatar from one side."""
+    png = render_png(
+        avatar.body,
+        side,
+        silhouette=avatar.wanted.silhouette,
+        camera=avatar.wanted.camera,
+        facing=avatar.wanted.facing,
+    )
+    return Response(png, mimetype="image/png")
+
+
+@functools.cache
+def why_no_pictures() -> str:
+    """Why this machine cannot draw pictures; "" if it can. Asked once: drawing warms up too."""
+    neutral = estimators()["neutral"]
+    low, high = neutral.limits["stature"]
+    body = neutral.estimate(MeasurementSet({"stature": (low + high) / 2}))
+    try:
+        render_png(body, "front", size=(60, 120))
+    except RenderingUnavailable as problem:
+        current_app.logger.warning("no pictures: %s", problem)
+        return str(problem)
+    return ""
+
+
+@bp.get("/avatar")
+def page() -> str | AnyResponse:
+    """The body of the measurements in the session."""
+    wanted = _wanted()
+    if wanted is None:
+        flash("To show your body we need your height first. It takes a minute.")
+        return redirect(url_for("wizard.form"), 303)
+    avatar = make_avatar(wanted)
+    return render_template(
+        "avatars/avatar.html",
+        units=wanted.units,
+        symbols=symbols(wanted.units),
+        entered=[row for row in rows(avatar) if row.asked is not None],
+        estimated=[row for row in rows(avatar) if row.asked is None],
+        measurements=MEASUREMENTS,
+        pictures=not why_no_pictures(),
+    )
+
+
+@bp.get("/avatar.glb")
+def file() -> Response:
+    """The body as a file."""
+    return glb(make_avatar(_wanted() or abort(404)))
+
+
+@bp.get("/avatar/<any(front, profile):side>.png")
+def side(side: Side) -> Response:
+    """The body from one side."""
+    return picture(make_avatar(_wanted() or abort(404)), side)
+
+
+def _wanted() -> AvatarRequest | None:
+    """What the session's answers ask for; None where they make no request."""
+    try:
+        return Typed.of(session.get("typed", {})).read(limits())
+    except Refused:
+        return None
+
+
+def limits() -> dict[BodyKind, Any]:
+    """What an adult can plausibly measure, for each kind of body."""
+    return {kind: estimator.limits for kind, estimator in estimators().items()}

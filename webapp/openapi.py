@@ -1,0 +1,262 @@
+"""The API's description in OpenAPI 3.1, made of the same tables that requests are checked with."""
+
+from typing import Any
+
+from model.anthropometry import TAKEN
+from model.measurements import BODY_KINDS, MEASUREMENTS
+from webapp.forms import CAMERA_LIMITS
+from webapp.units import SYMBOLS, UNITS
+
+Schema = dict[str, Any]
+
+VERSION = "1.0.0"
+
+
+def document() -> Schema:
+    """The whole description."""
+    return {
+        "openapi": "3.1.0",
+        "info": {
+            "title": "The Fitting Room",
+            "version": VERSION,
+            "description": "A body from tape measurements: what it measures, as a glTF file and "
+            "as pictures. Nothing that is sent is kept.",
+            "license": {"name": "Apache-2.0", "identifier": "Apache-2.0"},
+        },
+        "paths": {
+            "/healthz": {
+                "get": _operation(
+                    "health",
+                    "Answers once the estimators are loaded.",
+                    _answer("It serves.", "application/json", _object({"status": {"const": "ok"}})),
+                )
+            },
+            "/api/v1/measurements": {"get": _measurements()},
+            "/api/v1/avatars": {
+                "post": _avatar_operation(
+                    "makeAvatar",
+                    "A body's measurements, each as asked and as taken.",
+                    "AvatarRequest",
+                    _answer("The measurements.", "application/json", _ref("Avatar")),
+                )
+            },
+            "/api/v1/avatars.glb": {
+                "post": _avatar_operation(
+                    "makeAvatarFile",
+                    "A body as a glTF 2.0 file: metres, +Y up, facing +Z, soles at Y = 0.",
+                    "AvatarFileRequest",
+                    _answer("The file.", "model/gltf-binary", {}),
+                )
+            },
+            **{
+                f"/api/v1/avatars/{side}.png": {
+                    "post": _avatar_operation(
+                        f"draw{side.title()}",
+                        f"A body as a picture, {words}.",
+                        "PictureRequest",
+                        _answer("The picture.", "image/png", {}),
+                        {"503": _problem("This server cannot draw pictures.")},
+                    )
+                }
+                for side, words in (("front", "seen from the front"), ("profile", "from the side"))
+            },
+            "/api/v1/openapi.json": {
+                "get": _operation(
+                    "describe",
+                    "This description.",
+                    _answer("OpenAPI 3.1.", "application/json", {"type": "object"}),
+                )
+            },
+        },
+        "components": {"schemas": _schemas()},
+    }
+
+
+def _schemas() -> dict[str, Schema]:
+    positive = {"type": "number", "exclusiveMinimum": 0}
+    number: Schema = {"type": "number"}
+    text: Schema = {"type": "string"}
+    kinds = sorted({row.kind for row in MEASUREMENTS.values()})
+    symbols = [symbol for choices in SYMBOLS.values() for symbol in choices.values()]
+    row = {
+        "name": {"enum": list(MEASUREMENTS)},
+        "label": text,
+        "kind": {"enum": kinds},
+        "unit": {"enum": list(dict.fromkeys(symbols))},
+    }
+    asked: Schema = {
+        "body": {"enum": list(BODY_KINDS), "description": "The population to estimate from."},
+        "units": {
+            "enum": list(UNITS),
+            "default": "metric",
+            "description": "Metric: cm and kg. Imperial: in and lb. For the answer too.",
+        },
+        "measurements": {
+            **_object(dict.fromkeys(TAKEN, positive), required=["stature"]),
+            "description": "Any of these, at least stature, within the ranges that "
+            "/api/v1/measurements gives for the body; other values are refused with 422.",
+        },
+        "fit": {"enum": ["tape", "linear"], "default": "tape"},
+    }
+    camera = {
+        name: {"type": "number", "minimum": low, "maximum": high, "description": "Metres."}
+        for name, (low, high) in CAMERA_LIMITS.items()
+    }
+    drawn = {
+        "silhouette": {
+            "type": "boolean",
+            "default": False,
+            "description": "The filled outline, white on black.",
+        },
+        "camera": _object(camera, required=[]),
+        "facing": {
+            "enum": ["right", "left"],
+            "default": "right",
+            "description": "In profile: the side of the picture that the person faces.",
+        },
+    }
+    morphs = {"morph_targets": {"const": False, "default": False}}
+    needed = ["body", "measurements"]
+    return {
+        "AvatarRequest": _object(asked, required=needed),
+        "AvatarFileRequest": _object(asked | morphs, required=needed),
+        "PictureRequest": _object(asked | drawn, required=needed),
+        "Measurement": _object(
+            {
+                **row,
+                "definition": text,
+                "how_to": text,
+                "helper_needed": {"type": "boolean"},
+                "range": _object({kind: _ref("Range") for kind in BODY_KINDS}),
+                "in_wizard": _object({kind: {"type": "boolean"} for kind in BODY_KINDS}),
+            }
+        ),
+        "Range": {
+            "description": "Lowest and highest value that is accepted; null for a measurement "
+            "that is not used yet.",
+            "anyOf": [_list_of(number, 2), {"type": "null"}],
+        },
+        "Avatar": _object(
+            {
+                "body": asked["body"],
+                "units": asked["units"],
+                "measurements": {
+                    "type": "array",
+                    "items": _ref("TakenMeasurement"),
+                    "minItems": len(TAKEN),
+                    "maxItems": len(TAKEN),
+                },
+                "warnings": {"type": "array", "items": _ref("Warning")},
+                "estimator": _object({"version": text, "trained_on": text}),
+            }
+        ),
+        "TakenMeasurement": _object(
+            {
+                **row,
+                "asked": {"type": ["number", "null"], "description": "null where not entered."},
+                "taken": {**number, "description": "Measured on the returned body."},
+                "low": {**number, "description": "With high: 80 % range of the person's value."},
+                "high": number,
+                "path": {
+                    "type": "array",
+                    "items": _list_of(number, 3),
+                    "description": "Where the tape ran, in the body's coordinates, metres. "
+                    "A girth's path is a closed loop.",
+                },
+            }
+        ),
+        "Warning": _object(
+            {
+                "measurement": {"enum": list(MEASUREMENTS)},
+                "code": text,
+                "message": text,
+                "expected": _list_of(number, 2),
+            }
+        ),
+        "Problem": _object(
+            {
+                "type": text,
+                "title": text,
+                "status": {"type": "integer"},
+                "detail": text,
+                "errors": {"type": "array", "items": _ref("Fault")},
+            }
+        ),
+        "Fault": _object({"field": text, "code": text, "message": text}),
+    }
+
+
+def _measurements() -> Schema:
+    operation = _operation(
+        "listMeasurements",
+        "The table of measurements, with the values that are accepted for each kind of body.",
+        _answer(
+            "All measurements.",
+            "application/json",
+            {"type": "array", "items": _ref("Measurement")},
+        ),
+        {"422": _problem("Unknown units.")},
+    )
+    operation["parameters"] = [
+        {
+            "name": "units",
+            "in": "query",
+            "required": False,
+            "schema": {"enum": list(UNITS), "default": "metric"},
+        }
+    ]
+    return operation
+
+
+def _avatar_operation(
+    name: str, summary: str, request: str, answer: Schema, others: Schema | None = None
+) -> Schema:
+    refusals = {
+        "400": _problem("The body is not JSON."),
+        "413": _problem("The body is too large."),
+        "415": _problem("The content type is not application/json."),
+        "422": _problem("Values that cannot be; `errors` names each."),
+    }
+    operation = _operation(name, summary, answer, refusals | (others or {}))
+    operation["requestBody"] = {
+        "required": True,
+        "content": {"application/json": {"schema": _ref(request)}},
+    }
+    return operation
+
+
+def _operation(name: str, summary: str, answer: Schema, others: Schema | None = None) -> Schema:
+    return {
+        "operationId": name,
+        "summary": summary,
+        "responses": {
+            "200": answer,
+            **(others or {}),
+            "429": _problem("Too many requests; Retry-After says when to come again."),
+        },
+    }
+
+
+def _answer(words: str, media_type: str, schema: Schema) -> Schema:
+    return {"description": words, "content": {media_type: {"schema": schema}}}
+
+
+def _problem(words: str) -> Schema:
+    return _answer(words, "application/problem+json", _ref("Problem"))
+
+
+def _ref(name: str) -> Schema:
+    return {"$ref": f"#/components/schemas/{name}"}
+
+
+def _object(properties: dict[str, Any], required: list[str] | None = None) -> Schema:
+    return {
+        "type": "object",
+        "properties": properties,
+        "required": list(properties) if required is None else required,
+        "additionalProperties": False,
+    }
+
+
+def _list_of(items: Schema, count: int) -> Schema:
+    return {"type": "array", "items": items, "minItems": count, "maxItems": count}
