@@ -33,6 +33,7 @@ SCRIPTS := $(shell find static -path static/build -prune -o -name '*.js' -print 
 	$(wildcard *.mjs scripts/*.mjs)
 
 export PLAYWRIGHT_SKIP_BROWSER_DOWNLOAD := 1
+export NPM_CONFIG_UPDATE_NOTIFIER := false
 
 .PHONY: help run test lint format train population report licences lock clean
 .DELETE_ON_ERROR:
