@@ -9,7 +9,7 @@ from typing import Any
 
 from flask import Flask, jsonify, render_template, request, url_for
 from flask.json.provider import DefaultJSONProvider
-from flask_limiter import Limiter
+from flask_limiter import Limiter, RateLimitExceeded
 from flask_limiter.util import get_remote_address
 from flask_wtf import CSRFProtect
 from model.estimators import load_estimators
@@ -97,6 +97,7 @@ def create_app(settings: Mapping[str, Any] | None = None) -> Flask:
     app.add_template_filter(units.show_signed)
     app.add_template_global(static_url)
     app.register_error_handler(HTTPException, failed)
+    app.register_error_handler(RateLimitExceeded, too_many)
     app.register_error_handler(Refused, api.refused)
     app.register_error_handler(RenderingUnavailable, no_picture)
     app.after_request(add_headers)
@@ -147,6 +148,13 @@ def failed(error: HTTPException) -> Response:
         return api.problem(error)
     response = error.get_response()
     response.set_data(render_template("error.html", code=error.code or 500))
+    return response
+
+
+def too_many(error: RateLimitExceeded) -> Response:
+    """Too many requests: come again when the limit's time is over."""
+    response = failed(error)
+    response.headers["Retry-After"] = str(error.limit.limit.get_expiry())
     return response
 
 

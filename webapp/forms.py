@@ -25,7 +25,7 @@ PICTURE_MEMBERS = (*BODY_MEMBERS, "silhouette", "camera", "facing")
 CAMERA_LIMITS = {"distance": DISTANCES, "height": HEIGHTS}
 """Where a camera may stand, in metres."""
 
-TYPED_LENGTH = 24
+TYPED_LENGTH = 20
 """Characters kept of an answer: room for ``5 feet 6 1/2 inches``, and the cookie stays small."""
 
 _LOOKS_LIKE = {
@@ -77,12 +77,12 @@ class Typed:
     @classmethod
     def of(cls, fields: Mapping[str, Any]) -> Self:
         """From the posted form, or from what `fields` gave the session earlier."""
-        answers = {name: str(fields.get(name) or "")[:TYPED_LENGTH] for name in TAKEN}
+        answers = {name: _printable(str(fields.get(name) or "")) for name in TAKEN}
         body, chosen = fields.get("body"), fields.get("units")
         return cls(
             body=body if body in BODY_KINDS else "",
             units=chosen if chosen in UNITS else "metric",
-            answers={name: answer.strip() for name, answer in answers.items() if answer.strip()},
+            answers={name: answer for name, answer in answers.items() if answer},
         )
 
     def fields(self) -> dict[str, str]:
@@ -222,6 +222,12 @@ def _beyond(
         "Please check the number and its unit."
     )
     return [Refusal(field, "out_of_range", message)]
+
+
+def _printable(text: str) -> str:
+    """What was typed, without signs that no page can show, and not too long for the cookie."""
+    shown = "".join(sign if sign.isprintable() else " " for sign in text)
+    return shown.strip()[:TYPED_LENGTH].strip()
 
 
 def _unreadable(measurement: Measurement, chosen: Units) -> str:

@@ -1,0 +1,93 @@
+"""The site for tests, and a client that checks the HTML of every page it is given."""
+
+from collections import Counter
+
+import html5lib
+import pytest
+from flask.testing import FlaskClient
+
+from webapp import create_app
+
+SETTINGS = {
+    "TESTING": True,
+    "SECRET_KEY": "of the tests",
+    "SESSION_COOKIE_SECURE": False,
+    "RATELIMIT_ENABLED": False,
+}
+
+
+def check_page(html):
+    """Refuse a page that is no valid HTML or that some people could not use; return its tree."""
+    parser = html5lib.HTMLParser(strict=True, namespaceHTMLElements=False)
+    tree = parser.parse(html)
+    everything = list(tree.iter())
+    ids = Counter(element.get("id") for element in everything if element.get("id"))
+    labelled = {label.get("for") for label in tree.iter("label")}
+
+    assert tree.get("lang") == "en-GB"
+    assert text(tree.find("head/title")).endswith(" – The Fitting Room")
+    for landmark in ("header", "main", "footer"):
+        assert len(list(tree.find("body").iter(landmark))) == 1, landmark
+    assert len(list(tree.iter("h1"))) == 1
+    assert [name for name, count in ids.items() if count > 1] == []
+    for element in everything:
+        if element.tag == "input" and element.get("type") != "hidden":
+            assert element.get("id") in labelled, element.attrib
+        if element.tag == "img":
+            assert element.get("alt"), element.attrib
+        if element.tag in ("a", "button", "legend", "caption", "th"):
+            assert text(element) or element.get("aria-label"), element.attrib
+        if element.tag == "form" and element.get("method") == "post":
+            assert element.find(".//input[@name='csrf_token']") is not None
+        if element.tag in ("a", "link", "script", "img"):
+            address = element.get("href") or element.get("src") or "/"
+            assert address.startswith(("/", "#")), address
+            assert not address.startswith("#") or address[1:] in ids, address
+        for attribute in ("for", "aria-describedby", "aria-labelledby"):
+            for name in (element.get(attribute) or "").split():
+                assert name in ids, (attribute, name)
+    return tree
+
+
+def text(element):
+    """What an element says."""
+    return " ".join("".join(element.itertext()).split())
+
+
+class CheckingClient(FlaskClient):
+    """A browser of sorts: `page` is the last page's tree, and forms are sent with their token."""
+
+    page = None
+
+    def open(self, *args, **kwargs):
+        response = super().open(*args, buffered=True, **kwargs)
+        if response.mimetype == "text/html" and not 300 <= response.status_code < 400:
+            self.page = check_page(response.text)
+        return response
+
+    def send(self, path="/", **fields):
+        """Post a form as the page before it has it."""
+        token = self.get("/") and self.page.find(".//input[@name='csrf_token']").get("value")
+        return self.post(path, data={"csrf_token": token} | fields)
+
+
+@pytest.fixture(scope="session")
+def make_site():
+    """The site with some settings of its own."""
+
+    def make(**settings):
+        site = create_app(SETTINGS | settings)
+        site.test_client_class = CheckingClient
+        return site
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def site(make_site):
+    return make_site()
+
+
+@pytest.fixture
+def client(site):
+    return site.test_client()

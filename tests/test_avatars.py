@@ -1,0 +1,141 @@
+"""The avatar's page, file and pictures."""
+
+import io
+
+import pytest
+import trimesh
+from conftest import text
+from PIL import Image
+
+from model.anthropometry import TAKEN
+from model.rendering import RenderingUnavailable
+from webapp import avatars
+
+WOMAN = {
+    "body": "female",
+    "units": "metric",
+    "stature": "168",
+    "bust_girth": "92",
+    "waist_girth": "74",
+    "hip_girth": "100",
+    "thigh_girth": "58",
+}
+
+
+@pytest.fixture
+def shopper(client):
+    """A client whose form is filled in."""
+    client.send(**WOMAN)
+    return client
+
+
+def table(page):
+    """The numbers' table: measurement to its other cells."""
+    rows = [[text(cell) for cell in row] for row in page.find(".//table").iter("tr")]
+    return {row[0]: row[1:] for row in rows if len(row) == 4 and row[0] != "Measurement"}
+
+
+def test_the_page_tells_asked_and_taken_for_every_measurement(shopper):
+    assert shopper.get("/avatar").status_code == 200
+    numbers = table(shopper.page)
+    assert len(numbers) == len(TAKEN)
+    asked, taken, difference = numbers["Bust / chest"]
+    assert asked == "92.0"
+    sign = difference.replace("−", "-")
+    assert float(taken) - 92 == pytest.approx(float(sign), abs=0.11)
+
+
+def test_a_value_that_was_not_entered_comes_with_its_range(shopper):
+    shopper.get("/avatar")
+    asked, taken, spread = table(shopper.page)["Neck"]
+    low, high = map(float, spread.split(" to "))
+    assert "not entered" in asked
+    assert low < float(taken) < high
+
+
+def test_the_page_speaks_the_shoppers_units(client):
+    client.send(body="male", units="imperial", stature="5'11", weight="170")
+    client.get("/avatar")
+    assert text(client.page.find(".//caption")) == "Lengths in in, weight in lb"
+    assert table(client.page)["Height"][0] == "71.0"
+    assert table(client.page)["Weight"][0] == "170.0"
+
+
+def test_the_page_holds_what_the_viewer_needs(shopper):
+    shopper.get("/avatar")
+    viewer = shopper.page.find(".//div[@id='viewer']")
+    assert viewer.get("data-glb") == "/avatar.glb"
+    assert viewer.find("img") is not None
+    buttons = list(shopper.page.iter("button"))
+    assert [button.get("data-view") for button in buttons if button.get("data-view")] == [
+        "front",
+        "side",
+        "back",
+    ]
+    assert {button.get("data-zoom") for button in buttons} >= {"in", "out"}
+
+
+def test_the_way_back_keeps_what_was_typed(shopper):
+    shopper.get("/avatar")
+    back = next(link for link in shopper.page.iter("a") if text(link) == "Edit measurements")
+    shopper.get(back.get("href"))
+    assert shopper.page.find(".//input[@name='stature']").get("value") == "168"
+
+
+def test_the_file_has_the_stature_that_the_page_states(shopper):
+    shopper.get("/avatar")
+    response = shopper.get("/avatar.glb")
+    assert response.mimetype == "model/gltf-binary"
+    assert response.headers["Content-Disposition"] == "attachment; filename=avatar.glb"
+    scene = trimesh.load_scene(io.BytesIO(response.data), file_type="glb")
+    low, high = scene.bounds[:, 1]
+    assert low == pytest.approx(0, abs=1e-4)
+    assert 100 * high == pytest.approx(float(table(shopper.page)["Height"][1]), abs=0.06)
+
+
+@pytest.mark.parametrize("side", ["front", "profile"])
+def test_the_pictures_are_pictures(shopper, side):
+    response = shopper.get(f"/avatar/{side}.png")
+    assert response.mimetype == "image/png"
+    with Image.open(io.BytesIO(response.data)) as picture:
+        assert picture.size == (600, 1200)
+
+
+def test_without_measurements_the_page_leads_kindly_to_the_form(client):
+    response = client.get("/avatar")
+    assert response.status_code == 303
+    assert response.location == "/"
+    assert "we need your height first" in client.get("/").text
+
+
+@pytest.mark.parametrize("path", ["/avatar.glb", "/avatar/front.png", "/avatar/back.png"])
+def test_without_measurements_there_is_no_file(client, path):
+    assert client.get(path).status_code == 404
+    assert "There is nothing here" in text(client.page)
+
+
+def test_answers_that_make_no_body_lead_to_the_form(client):
+    client.send(body="female", stature="tall")
+    assert client.get("/avatar").status_code == 303
+
+
+@pytest.mark.parametrize("path", ["/avatar", "/avatar.glb", "/avatar/front.png"])
+def test_what_shows_a_person_is_never_stored(shopper, path):
+    assert shopper.get(path).headers["Cache-Control"] == "no-store"
+
+
+def unavailable(*args, **kwargs):
+    raise RenderingUnavailable("no OSMesa")
+
+
+def test_a_server_that_cannot_draw_says_so_and_serves_the_rest(shopper, monkeypatch):
+    monkeypatch.setattr(avatars, "render_png", unavailable)
+    avatars.why_no_pictures.cache_clear()
+    try:
+        assert shopper.get("/avatar").status_code == 200
+        assert "cannot draw pictures" in text(shopper.page)
+        assert list(shopper.page.iter("img")) == []
+        assert shopper.get("/avatar.glb").status_code == 200
+        assert shopper.get("/avatar/front.png").status_code == 503
+    finally:
+        avatars.why_no_pictures.cache_clear()

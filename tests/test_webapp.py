@@ -1,0 +1,147 @@
+"""The site as a whole: settings, headers, limits, error pages, static files."""
+
+import re
+
+import pytest
+from conftest import SETTINGS, text
+from flask import abort
+
+from webapp import create_app, environment
+
+
+def test_a_site_without_a_secret_key_refuses_to_start():
+    with pytest.raises(RuntimeError, match="SECRET_KEY"):
+        create_app({"SECRET_KEY": ""})
+
+
+def test_a_deployed_site_takes_its_key_from_the_environment_and_has_no_other():
+    assert environment({})["SECRET_KEY"] == ""
+    deployed = environment({"SECRET_KEY": "long and random"})
+    assert deployed["SECRET_KEY"] == "long and random"
+    assert deployed["SESSION_COOKIE_SECURE"]
+    assert deployed["SESSION_COOKIE_HTTPONLY"]
+    assert deployed["SESSION_COOKIE_SAMESITE"] == "Lax"
+
+
+def test_a_local_site_makes_up_a_key_and_needs_no_https():
+    local, another = (environment({"FITTING_ROOM_LOCAL": "1"}) for _ in range(2))
+    assert local["SECRET_KEY"] != another["SECRET_KEY"]
+    assert not local["SESSION_COOKIE_SECURE"]
+
+
+@pytest.mark.parametrize(
+    ("variable", "enabled"), [("0", False), ("false", False), ("1", True), ("True", True)]
+)
+def test_request_limits_can_be_switched_off(variable, enabled):
+    assert environment({"RATELIMIT_ENABLED": variable})["RATELIMIT_ENABLED"] is enabled
+    assert environment({})["RATELIMIT_ENABLED"]
+
+
+def test_request_limits_can_be_kept_elsewhere():
+    settings = environment(
+        {"RATELIMIT_STORAGE_URI": "redis://limits", "RATELIMIT_DEFAULT": "9/day"}
+    )
+    assert settings["RATELIMIT_STORAGE_URI"] == "redis://limits"
+    assert settings["RATELIMIT_DEFAULT"] == "9/day"
+
+
+def test_the_cookie_is_as_safe_as_the_settings_say(make_site):
+    deployed = make_site(SESSION_COOKIE_SECURE=True).test_client()
+    cookie = deployed.get("/", base_url="https://localhost").headers["Set-Cookie"]
+    assert {"Secure", "HttpOnly", "SameSite=Lax"} <= set(cookie.split("; "))
+
+
+def test_a_form_over_https_works_with_the_referrer_that_our_policy_sends(make_site):
+    client = make_site(SESSION_COOKIE_SECURE=True).test_client()
+    client.get("/", base_url="https://localhost")
+    token = client.page.find(".//input[@name='csrf_token']").get("value")
+    fields = {"csrf_token": token, "body": "male", "stature": "180"}
+    sent = client.post(
+        "/", data=fields, base_url="https://localhost", headers={"Referer": "https://localhost/"}
+    )
+    assert sent.status_code == 303
+    assert sent.headers["Referrer-Policy"] == "same-origin"
+
+
+def test_addresses_behind_a_proxy_are_the_shoppers(make_site):
+    site = make_site(TRUSTED_PROXIES=1, RATELIMIT_ENABLED=True, RATELIMIT_DEFAULT="1 per hour")
+    client = site.test_client()
+    for address in ("192.0.2.1", "192.0.2.2"):
+        assert client.get("/", headers={"X-Forwarded-For": address}).status_code == 200
+    assert client.get("/", headers={"X-Forwarded-For": "192.0.2.1"}).status_code == 429
+    assert "One moment, please" in text(client.page)
+
+
+@pytest.mark.parametrize("path", ["/", "/avatar", "/nothing", "/healthz", "/api/v1/nothing"])
+def test_every_answer_has_the_security_headers(client, path):
+    headers = client.get(path).headers
+    policy = headers["Content-Security-Policy"]
+    assert "unsafe" not in policy
+    for rule in (
+        "script-src 'self'",
+        "connect-src 'self'",
+        "object-src 'none'",
+        "base-uri 'none'",
+        "frame-ancestors 'none'",
+    ):
+        assert rule in policy.split("; ")
+    assert headers["X-Content-Type-Options"] == "nosniff"
+    assert headers["Cross-Origin-Opener-Policy"] == "same-origin"
+    assert "camera=()" in headers["Permissions-Policy"]
+
+
+def test_pages_hold_no_inline_script_or_style(client):
+    client.send(body="female", stature="168")
+    for path in ("/", "/avatar", "/nothing"):
+        client.get(path)
+        for element in client.page.iter():
+            assert element.tag != "style"
+            assert not [name for name in element.attrib if name == "style" or name.startswith("on")]
+            if element.tag == "script":
+                assert element.get("src")
+                assert not text(element)
+
+
+def test_what_is_not_there_is_told_on_a_page(client):
+    assert client.get("/nothing").status_code == 404
+    assert text(client.page.find(".//h1")) == "There is nothing here"
+
+
+def test_a_wrong_method_is_told_on_a_page(client):
+    response = client.post("/avatar")
+    assert response.status_code == 405
+    assert "GET" in response.headers["Allow"]
+
+
+def test_too_large_a_form_is_told_on_a_page(client):
+    response = client.post("/", data={"stature": "1" * 100_000})
+    assert response.status_code == 413
+    assert text(client.page.find(".//h1")) == "That was too much"
+
+
+def test_our_own_failure_is_told_without_its_cause(make_site):
+    site = make_site(TESTING=False)
+    site.add_url_rule("/broken", "page", lambda: abort(500, "a secret"))
+    site.add_url_rule("/api/v1/broken", "call", lambda: 1 / 0)
+    site.logger.disabled = True
+    client = site.test_client()
+    page = client.get("/broken")
+    assert page.status_code == 500
+    assert "a secret" not in page.text
+    problem = client.get("/api/v1/broken")
+    assert problem.status_code == problem.json["status"] == 500
+    assert "division" not in problem.text
+
+
+def test_static_files_are_kept_for_a_year_by_their_fingerprint(client):
+    page = client.get("/").text
+    style = re.search(r'"(/static/css/site.css\?v=[0-9a-f]{12})"', page)[1]
+    kept = client.get(style).headers["Cache-Control"]
+    assert "max-age=31536000" in kept
+    assert "immutable" in kept
+    assert "no-cache" not in kept
+    assert "no-cache" in client.get("/static/css/site.css").headers["Cache-Control"]
+
+
+def test_settings_go_before_the_environment(make_site):
+    assert make_site().config["SECRET_KEY"] == SETTINGS["SECRET_KEY"]
