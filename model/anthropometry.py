@@ -102,12 +102,7 @@ class Girth:
             normals = axis / np.linalg.norm(axis, axis=1, keepdims=True)
         fractions = self.fractions()
         origins = start[:, None] + fractions[:, None] * axis[:, None]
-        hulls = geometry.section_hulls(
-            np.repeat(vertices[:, indices], len(fractions), axis=0),
-            edges,
-            origins.reshape(-1, 3),
-            np.repeat(normals, len(fractions), axis=0),
-        )
+        hulls = geometry.section_hulls(vertices[:, indices], edges, origins, normals)
         girths = hulls.perimeters.reshape(len(vertices), -1)
         best = girths.argmax(axis=1) if self.pick == "widest" else girths.argmin(axis=1)
         return hulls, np.arange(len(vertices)) * len(fractions) + best, normals
@@ -188,6 +183,68 @@ class Height:
 
 
 @dataclass(frozen=True)
+class Span:
+    """The straight distance between two landmarks."""
+
+    start: str
+    stop: str
+
+    def read(self, template: TemplateMesh, vertices: Floats) -> Floats:
+        return np.linalg.norm(self._between(template, vertices), axis=-1)
+
+    def path(self, template: TemplateMesh, vertices: Floats) -> Floats:
+        return np.array(
+            [template.landmark_points(vertices, end) for end in (self.start, self.stop)]
+        )
+
+    def gradient(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Gradient]:
+        between = self._between(template, vertices)
+        length = float(np.linalg.norm(between))
+        start, start_weights = template.landmark_weights(self.start)
+        stop, stop_weights = template.landmark_weights(self.stop)
+        weights = np.concatenate([-start_weights, stop_weights])
+        return length, (np.concatenate([start, stop]), weights[:, None] * between / length)
+
+    def _between(self, template: TemplateMesh, vertices: Floats) -> Floats:
+        start = template.landmark_points(vertices, self.start)
+        return template.landmark_points(vertices, self.stop) - start
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How broad (left to right) or deep (front to back) the section of a girth is."""
+
+    girth: Girth
+    direction: Literal["breadth", "depth"]
+
+    @property
+    def axis(self) -> int:
+        return 0 if self.direction == "breadth" else 2
+
+    def read(self, template: TemplateMesh, vertices: Floats) -> Floats:
+        hulls, chosen, _ = self.girth.hulls(template, vertices)
+        return np.array([np.ptp(hulls.loop(row)[:, self.axis]) for row in chosen.tolist()])
+
+    def path(self, template: TemplateMesh, vertices: Floats) -> Floats:
+        loop = self.girth.path(template, vertices)
+        return loop[[loop[:, self.axis].argmin(), loop[:, self.axis].argmax()]]
+
+    def gradient(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Gradient]:
+        """As in `Tape`; the two ends slide with the plane no more than their edges do."""
+        hulls, chosen, _ = self.girth.hulls(template, vertices[None])
+        row = int(chosen[0])
+        part, edges = _cut_edges(template, self.girth)
+        along = hulls.loop(row)[:, self.axis]
+        ends = [int(along.argmin()), int(along.argmax())]
+        cut = part[edges[hulls.edges[hulls.corners(row)][ends]]]
+        fractions = hulls.fractions[hulls.corners(row)][ends]
+        direction = np.eye(3)[self.axis]
+        signs = np.array([-1.0, 1.0])
+        slopes = np.concatenate([signs * (1 - fractions), signs * fractions])[:, None] * direction
+        return float(along[ends[1]] - along[ends[0]]), (cut.T.ravel(), slopes)
+
+
+@dataclass(frozen=True)
 class Mass:
     """Volume of the closed body times `BODY_DENSITY`."""
 
@@ -221,10 +278,10 @@ TAPES: Mapping[str, Tape] = {
         ("torso", "upper_leg"), ("crotch",), ("omphalion",), (0.1, 0.6), "widest", planes=25
     ),
     "neck_girth": Girth(
-        ("head_neck", "torso"),
+        ("head_neck",),
         ("cervicale", "neck_front"),
         ("nape", "throat"),
-        (0.2, 1.0),
+        (0.4, 1.0),
         "narrowest",
         level=False,
     ),

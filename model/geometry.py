@@ -76,24 +76,30 @@ def volume_gradient(vertices: Floats, faces: NDArray[Any]) -> Floats:
 class Hulls:
     """The convex hulls of plane sections; row r is one plane through one mesh.
 
+    Corners of all rows follow one another, each row's in order around its hull.
+
     Attributes
     ----------
-    points : ndarray of shape (R, P, 3), the hull's corners in order; rows are padded.
-    valid : ndarray of shape (R, P), False where a row is padding.
-    edges : ndarray of shape (R, P), the mesh edge on which each corner lies.
-    fractions : ndarray of shape (R, P), how far along that edge, from its first vertex.
+    points : ndarray of shape (N, 3), the corners.
+    edges : ndarray of shape (N,), the mesh edge on which each corner lies.
+    fractions : ndarray of shape (N,), how far along that edge, from its first vertex.
+    starts : ndarray of shape (R + 1,), where each row begins.
     perimeters : ndarray of shape (R,); 0 where the plane misses the mesh.
     """
 
     points: Floats
-    valid: Booleans
     edges: Integers
     fractions: Floats
+    starts: Integers
     perimeters: Floats
+
+    def corners(self, row: int) -> slice:
+        """The places of one row's corners."""
+        return slice(int(self.starts[row]), int(self.starts[row + 1]))
 
     def loop(self, row: int) -> Floats:
         """The corners of one hull: ndarray of shape (n, 3), a closed loop, first not repeated."""
-        return self.points[row, self.valid[row]]
+        return self.points[self.corners(row)]
 
 
 def section_hulls(vertices: Floats, edges: Integers, origins: Floats, normals: Floats) -> Hulls:
@@ -106,90 +112,80 @@ def section_hulls(vertices: Floats, edges: Integers, origins: Floats, normals: F
 
     Parameters
     ----------
-    vertices : ndarray of shape (R, V, 3).
+    vertices : ndarray of shape (B, V, 3).
     edges : ndarray of shape (E, 2), the edges to be cut.
-    origins : ndarray of shape (R, 3), a point of each plane.
-    normals : ndarray of shape (R, 3), unit normals.
+    origins : ndarray of shape (B, P, 3), a point of each plane.
+    normals : ndarray of shape (B, 3), the unit normal of each mesh's planes.
+
+    Returns
+    -------
+    Hulls of B·P rows: the planes of the first mesh, of the second, and so on.
     """
-    heights = np.einsum("rvi,ri->rv", vertices, normals)
-    heights -= np.einsum("ri,ri->r", origins, normals)[:, None]
-    first, second = heights[:, edges[:, 0]], heights[:, edges[:, 1]]
-    rows, cut = np.nonzero((first > 0) != (second > 0))
-    counts = np.bincount(rows, minlength=len(vertices))
-    width = max(int(counts.max(initial=0)), 1)
-    places = np.arange(len(rows)) - np.repeat(np.cumsum(counts) - counts, counts)
+    planes = origins.shape[1]
+    row_count = len(vertices) * planes
+    heights = np.einsum("bvi,bi->bv", vertices, normals)[:, None]
+    heights = heights - np.einsum("bpi,bi->bp", origins, normals)[..., None]
+    heights = heights.reshape(row_count, -1)
+    above = heights > 0
+    rows, cut = np.nonzero(above[:, edges[:, 0]] != above[:, edges[:, 1]])
+    low, high = edges[cut].T
+    fractions = heights[rows, low] / (heights[rows, low] - heights[rows, high])
+    starts = vertices[rows // planes, low]
+    points = starts + fractions[:, None] * (vertices[rows // planes, high] - starts)
 
-    shape = (len(vertices), width)
-    edge_ids = np.zeros(shape, dtype=np.int64)
-    edge_ids[rows, places] = cut
-    fractions = np.zeros(shape)
-    fractions[rows, places] = first[rows, cut] / (first[rows, cut] - second[rows, cut])
-    valid = np.arange(width) < counts[:, None]
-    row_ids = np.arange(len(vertices))[:, None]
-    starts = vertices[row_ids, edges[edge_ids, 0]]
-    points = starts + fractions[..., None] * (vertices[row_ids, edges[edge_ids, 1]] - starts)
-
+    counts = np.bincount(rows, minlength=row_count)
+    centres = np.stack(
+        [np.bincount(rows, weights=points[:, axis], minlength=row_count) for axis in range(3)],
+        axis=1,
+    ) / np.maximum(counts, 1)[:, None]
+    offsets = points - centres[rows]
     right, up = _plane_axes(normals)
-    centres = (points * valid[..., None]).sum(axis=1) / np.maximum(counts, 1)[:, None]
-    offsets = points - centres[:, None]
     flat = np.stack(
-        [np.einsum("rpi,ri->rp", offsets, right), np.einsum("rpi,ri->rp", offsets, up)], axis=-1
+        [
+            np.einsum("ni,ni->n", offsets, right[rows // planes]),
+            np.einsum("ni,ni->n", offsets, up[rows // planes]),
+        ],
+        axis=1,
     )
-    angles = np.where(valid, np.arctan2(flat[..., 1], flat[..., 0]), np.inf)
-    order = np.argsort(angles, axis=1, kind="stable")
-    flat, valid = np.take_along_axis(flat, order[..., None], axis=1), valid[row_ids, order]
-    valid &= ~_repeats(flat, valid)
-    flat, order, valid = _drop_inward_corners(flat, order, valid)
-
-    steps = np.where(valid[..., None], _neighbour(flat, valid, +1) - flat, 0)
+    order = np.lexsort((np.arctan2(flat[:, 1], flat[:, 0]), rows))
+    flat, rows = flat[order], rows[order]
+    distinct = np.ones(len(rows), dtype=bool)
+    distinct[1:] = (rows[1:] != rows[:-1]) | (np.abs(np.diff(flat, axis=0)).max(1) > COINCIDENT)
+    flat, rows, order = flat[distinct], rows[distinct], order[distinct]
+    while True:
+        after = _next_in_row(rows, row_count)
+        steps = flat[after] - flat
+        turns = np.empty(len(rows))
+        turns[after] = steps[:, 0] * steps[after, 1] - steps[:, 1] * steps[after, 0]
+        outward = turns > 0
+        if outward.all():
+            break
+        flat, rows, order = flat[outward], rows[outward], order[outward]
+    lengths = np.hypot(steps[:, 0], steps[:, 1])
     return Hulls(
-        points=points[row_ids, order],
-        valid=valid,
-        edges=edge_ids[row_ids, order],
-        fractions=fractions[row_ids, order],
-        perimeters=np.linalg.norm(steps, axis=-1).sum(axis=1),
+        points=points[order],
+        edges=cut[order],
+        fractions=fractions[order],
+        starts=np.searchsorted(rows, np.arange(row_count + 1)),
+        perimeters=np.bincount(rows, weights=lengths, minlength=row_count),
     )
 
 
 def _plane_axes(normals: Floats) -> tuple[Floats, Floats]:
-    """Two unit axes of each plane, (R, 3) each; right-handed with the normal."""
+    """Two unit axes of each plane, (B, 3) each; right-handed with the normal."""
     least = np.argmin(np.abs(normals), axis=1)
-    helper = np.eye(3)[least]
-    right = np.cross(helper, normals)
+    right = np.cross(np.eye(3)[least], normals)
     right /= np.linalg.norm(right, axis=1, keepdims=True)
     return right, np.cross(normals, right)
 
 
-def _repeats(flat: Floats, valid: Booleans) -> Booleans:
-    """Whether a corner coincides with the one before it: a plane through a mesh vertex."""
-    same = np.linalg.norm(flat - np.roll(flat, 1, axis=1), axis=-1) < COINCIDENT
-    same[:, 0] = False
-    return same & valid & np.roll(valid, 1, axis=1)
-
-
-def _neighbour(flat: Floats, valid: Booleans, step: int) -> Floats:
-    """The next (+1) or previous (-1) corner of rows whose valid corners come first."""
-    counts = np.maximum(valid.sum(axis=1), 1)[:, None]
-    index = (np.arange(flat.shape[1]) + step) % counts
-    return np.take_along_axis(flat, index[..., None], axis=1)
-
-
-def _drop_inward_corners(
-    flat: Floats, order: Integers, valid: Booleans
-) -> tuple[Floats, Integers, Booleans]:
-    """Drops corners that do not turn left until all do; compacts the rows."""
-    while True:
-        front = np.argsort(~valid, axis=1, kind="stable")[:, : max(int(valid.sum(1).max()), 1)]
-        flat = np.take_along_axis(flat, front[..., None], axis=1)
-        order = np.take_along_axis(order, front, axis=1)
-        valid = np.take_along_axis(valid, front, axis=1)
-        before = flat - _neighbour(flat, valid, -1)
-        after = _neighbour(flat, valid, +1) - flat
-        turns = before[..., 0] * after[..., 1] - before[..., 1] * after[..., 0]
-        inward = valid & (turns <= 0)
-        if not inward.any():
-            return flat, order, valid
-        valid &= ~inward
+def _next_in_row(rows: Integers, row_count: int) -> Integers:
+    """For sorted rows, the place of the next member of each one's row, around to its first."""
+    starts = np.searchsorted(rows, np.arange(row_count + 1))
+    after = np.arange(1, len(rows) + 1)
+    filled = starts[1:] > starts[:-1]
+    after[starts[1:][filled] - 1] = starts[:-1][filled]
+    return after
 
 
 def perimeter_gradient(
@@ -213,9 +209,9 @@ def perimeter_gradient(
     gradient : ndarray of shape (2n, 3), to be added up by vertex.
     by_offset : ndarray of shape (3,), by the plane's origin.
     """
-    keep = hulls.valid[row]
-    loop, fractions = hulls.points[row, keep], hulls.fractions[row, keep, None]
-    cut = edges[hulls.edges[row, keep]]
+    corners = hulls.corners(row)
+    loop, fractions = hulls.points[corners], hulls.fractions[corners, None]
+    cut = edges[hulls.edges[corners]]
     towards_next = np.roll(loop, -1, axis=0) - loop
     towards_next /= np.linalg.norm(towards_next, axis=1, keepdims=True)
     by_point = np.roll(towards_next, 1, axis=0) - towards_next
