@@ -24,8 +24,8 @@ SHORTEST_CUT = 0.04
 
 # Cloth lies smoothly over the body: under it the light follows normals averaged this many times
 # with their neighbours', fully so from this many metres inside the edge. The points stay.
-CLOTH_ROUNDS = 6
-CLOTH_HEM = 0.03
+CLOTH_ROUNDS = 10
+CLOTH_HEM = 0.02
 
 
 @dataclass(frozen=True, eq=False)

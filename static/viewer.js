@@ -102,7 +102,7 @@ class Viewer {
     this.#element.dataset.state = "loading";
     try {
       const response = await fetch(url, { signal: request.signal });
-      if (!response.ok) throw new ViewerError(`The avatar's file did not come (${response.status}).`);
+      if (!response.ok) throw new ViewerError(`The avatar's file: status ${response.status}.`);
       const file = await new GLTFLoader().parseAsync(await response.arrayBuffer(), "");
       if (request.signal.aborted) {
         release(file.scene);
@@ -121,7 +121,7 @@ class Viewer {
 
   /** Turn to a named view of the whole body: at once where the reader wants little motion. */
   show(name) {
-    this.#goTo({ ...VIEWS[name], distance: this.#wholeDistance(), height: this.#extent.height / 2 });
+    this.#goTo(this.#whole(name));
     this.#tell(name);
   }
 
@@ -188,7 +188,7 @@ class Viewer {
     this.#ground.scale.setScalar(0.31 * box.max.y);
     this.#limit();
     if (first) {
-      this.#stand({ ...VIEWS.front, distance: this.#wholeDistance(), height: box.max.y / 2 });
+      this.#stand(this.#whole("front"));
       this.#tell("front");
     }
     this.#draw();
@@ -219,6 +219,12 @@ class Viewer {
       fieldOfView: MathUtils.degToRad(FIELD_OF_VIEW),
       aspect: this.#camera.aspect,
     });
+  }
+
+  /** A named view of the whole body. */
+  #whole(name) {
+    const { height } = this.#extent;
+    return { ...VIEWS[name], distance: this.#wholeDistance(), height: height / 2 };
   }
 
   #limit() {

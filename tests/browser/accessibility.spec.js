@@ -1,0 +1,28 @@
+/** What axe finds, on every page and in the states that a person may meet: nothing. */
+
+import { WOMAN, axe, enter, expect, openAvatar, test } from "./site.js";
+
+for (const width of [360, 1280]) {
+  for (const colorScheme of ["light", "dark"]) {
+    test.describe(`${width} pixels, ${colorScheme}`, () => {
+      test.use({ viewport: { width, height: 800 }, colorScheme });
+
+      test("the form", async ({ page }) => {
+        await page.goto("/");
+        expect(await axe(page)).toEqual([]);
+      });
+
+      test("the form with messages", async ({ page, complaints }) => {
+        await enter(page, { ...WOMAN, stature: "", waist_girth: "seventy" });
+        await expect(page.locator("[aria-invalid=true]")).toHaveCount(2);
+        expect(await axe(page)).toEqual([]);
+        complaints.expect(/status of 422/); // the answer's own
+      });
+
+      test("the avatar", async ({ page }) => {
+        await openAvatar(page);
+        expect(await axe(page)).toEqual([]);
+      });
+    });
+  }
+}

@@ -1,0 +1,91 @@
+/**
+ * Browser tests on the real server, which they start on a free port and stop again.
+ *
+ *     npm run test:browser                                  the site of this folder
+ *     BASE_URL=http://127.0.0.1:8000 npm run test:browser   a site that is already running
+ *     CHROMIUM=/path/to/chrome npm run test:browser         another browser than chromium
+ */
+
+import { execFileSync } from "node:child_process";
+import { existsSync, readFileSync } from "node:fs";
+import path from "node:path";
+
+import { defineConfig } from "@playwright/test";
+
+const root = path.resolve(import.meta.dirname, "../..");
+
+// This file is read again by every worker: what is set in the environment, all of them share.
+process.env.TEST_PORT ??= freePort();
+const baseURL = process.env.BASE_URL ?? `http://127.0.0.1:${process.env.TEST_PORT}`;
+
+export default defineConfig({
+  testDir: ".",
+  testMatch: "*.spec.js",
+  outputDir: path.join(root, "test-results"),
+  reporter: "list",
+  workers: 1,
+  timeout: 60_000,
+  forbidOnly: Boolean(process.env.CI),
+  use: {
+    baseURL,
+    browserName: "chromium",
+    locale: "en-GB",
+    launchOptions: {
+      executablePath: chromium(),
+      args: [
+        "--disable-background-networking",
+        "--disable-component-update",
+        "--disable-quic",
+        "--disable-sync",
+        "--no-first-run",
+        // Root, as in a container, has no sandbox to enter.
+        ...(process.getuid?.() === 0 ? ["--no-sandbox"] : []),
+        // WebGL without a graphics card.
+        "--enable-unsafe-swiftshader",
+        "--use-angle=swiftshader",
+      ],
+    },
+  },
+  webServer: process.env.BASE_URL
+    ? undefined
+    : {
+        command: serverCommand(),
+        cwd: root,
+        url: `${baseURL}/healthz`,
+        timeout: 60_000,
+        gracefulShutdown: { signal: "SIGTERM", timeout: 5_000 },
+        env: {
+          PATH: [path.join(root, ".venv/bin"), process.env.PATH].join(path.delimiter),
+          HOST: "127.0.0.1",
+          PORT: process.env.TEST_PORT,
+          FITTING_ROOM_LOCAL: "1",
+          RATELIMIT_ENABLED: "0",
+          SECRET_KEY: "only-for-tests",
+        },
+      },
+});
+
+/** What a deployed site runs. */
+function serverCommand() {
+  const line = readFileSync(path.join(root, "Procfile"), "utf8").match(/^web: (.+)$/m);
+  return `exec ${line[1]}`;
+}
+
+function chromium() {
+  const folders = process.env.PATH.split(path.delimiter);
+  const found = [
+    process.env.CHROMIUM ?? "",
+    ...["chromium", "chromium-browser", "google-chrome"].flatMap((name) =>
+      folders.map((folder) => path.join(folder, name)),
+    ),
+  ].find((file) => file && existsSync(file));
+  if (!found) throw new Error("No Chromium: install it, or name one in CHROMIUM.");
+  return found;
+}
+
+function freePort() {
+  const ask =
+    "const s=require('net').createServer().listen(0,'127.0.0.1'," +
+    "()=>{process.stdout.write(String(s.address().port));s.close()})";
+  return execFileSync(process.execPath, ["-e", ask], { encoding: "utf8" });
+}

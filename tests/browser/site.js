@@ -1,0 +1,135 @@
+/** What the browser tests share: a page that is watched, ways to fill it in, ways to look at it. */
+
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+
+import { test as base, expect } from "@playwright/test";
+
+const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+
+export { expect };
+
+/**
+ * A test whose page may not complain: no error on the console, none thrown, and nothing asked of
+ * another origin. A test that provokes complaints says which: `complaints.expect(/422/)`.
+ */
+export const test = base.extend({
+  complaints: [
+    async ({ page, baseURL }, use) => {
+      const heard = [];
+      const expected = [];
+      page.on("console", (message) => {
+        if (message.type() === "error") heard.push(`console: ${message.text()}`);
+      });
+      page.on("pageerror", (error) => heard.push(`thrown: ${error.message}`));
+      page.on("request", (request) => {
+        const { origin, protocol } = new URL(request.url());
+        if (["blob:", "data:"].includes(protocol)) return;
+        if (origin !== new URL(baseURL).origin) heard.push(`another origin: ${request.url()}`);
+      });
+      await use({ expect: (pattern) => expected.push(pattern) });
+      const unexpected = heard.filter((line) => !expected.some((pattern) => pattern.test(line)));
+      expect(unexpected).toEqual([]);
+    },
+    { auto: true },
+  ],
+});
+
+export const WOMAN = {
+  body: "female",
+  stature: "168",
+  bust_girth: "92",
+  waist_girth: "74",
+  hip_girth: "100",
+  thigh_girth: "58",
+};
+
+/** Fill in the form with the pointer and send it. */
+export async function enter(page, person = WOMAN) {
+  await page.goto("/");
+  const { body, ...values } = person;
+  if (body) await page.locator(`input[name="body"][value="${body}"]`).check();
+  for (const [name, value] of Object.entries(values)) {
+    await page.locator(`input[name="${name}"]`).fill(value);
+  }
+  await page.locator("main form button.button[type=submit]").click();
+}
+
+/** The avatar's page, with the body in 3D on it. */
+export async function openAvatar(page, person = WOMAN) {
+  await enter(page, person);
+  await expect(page).toHaveURL(/\/avatar$/);
+  await ready(page);
+}
+
+export async function ready(page) {
+  await expect(page.locator("#viewer")).toHaveAttribute("data-state", "ready", { timeout: 20_000 });
+}
+
+/** Press Tab until the element has the focus, as somebody without a pointer does. */
+export async function tabTo(page, selector, most = 80) {
+  const reached = () => page.evaluate((s) => document.activeElement?.matches(s) ?? false, selector);
+  for (let presses = 0; presses < most; presses += 1) {
+    if (await reached()) return;
+    await page.keyboard.press("Tab");
+  }
+  expect(await reached(), `${selector} is reached with the Tab key`).toBe(true);
+}
+
+/** What axe finds wrong, in its words: the rule and where. */
+export async function axe(page) {
+  await page.evaluate(AXE);
+  const { violations } = await page.evaluate(() => window.axe.run(document));
+  return violations.map(({ id, nodes }) => `${id}: ${nodes.map((node) => node.target).join(", ")}`);
+}
+
+/** The pixels of a screenshot at half its size: {width, height, data}, four numbers each. */
+export async function pixels(page, png) {
+  const { width, height, text } = await page.evaluate(async (base64) => {
+    const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+    const bitmap = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
+    const [width, height] = [bitmap.width >> 1, bitmap.height >> 1];
+    const context = new OffscreenCanvas(width, height).getContext("2d");
+    context.drawImage(bitmap, 0, 0, width, height);
+    const { data } = context.getImageData(0, 0, width, height);
+    let text = "";
+    for (const value of data) text += String.fromCharCode(value);
+    return { width, height, text: btoa(text) };
+  }, png.toString("base64"));
+  return { width, height, data: Buffer.from(text, "base64") };
+}
+
+/** The share of pixels, 0 to 1, in which two pictures of one size are visibly different. */
+export function difference(one, other) {
+  expect([one.width, one.height]).toEqual([other.width, other.height]);
+  return share(one, (at, channel) => other.data[at + channel]);
+}
+
+/** The share of a picture that is not of its background's colour, as near its upper left corner. */
+export function drawn(picture) {
+  const near = 4 * (6 * picture.width + 6);
+  return share(picture, (_, channel) => picture.data[near + channel]);
+}
+
+function share({ data }, expected) {
+  let changed = 0;
+  for (let at = 0; at < data.length; at += 4) {
+    const differs = (channel) => Math.abs(data[at + channel] - expected(at, channel)) > 12;
+    if (differs(0) || differs(1) || differs(2)) changed += 1;
+  }
+  return changed / (data.length / 4);
+}
+
+/** The view in 3D as it stands, once it has come to rest. */
+export async function look(page) {
+  const canvas = page.locator("#viewer canvas");
+  await page.waitForTimeout(700); // a turn's time
+  let before = await canvas.screenshot();
+  for (let tries = 0; tries < 20; tries += 1) {
+    await page.waitForTimeout(100);
+    const now = await canvas.screenshot();
+    if (now.equals(before)) return pixels(page, now);
+    before = now;
+  }
+  throw new Error("the view does not come to rest");
+}

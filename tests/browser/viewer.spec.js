@@ -1,0 +1,200 @@
+/** The body in 3D: what it shows, what moves it, and what stands in when it cannot be. */
+
+import { difference, drawn, enter, expect, look, openAvatar, ready, test } from "./site.js";
+
+const view = (page, name) => page.locator(`button[data-view="${name}"]`);
+const canvas = (page) => page.locator("#viewer canvas");
+
+/** Count what is drawn, from before the page's own scripts run. */
+async function countDrawing(page) {
+  await page.addInitScript(() => {
+    window.drawCalls = 0;
+    const { drawElements } = WebGL2RenderingContext.prototype;
+    WebGL2RenderingContext.prototype.drawElements = function count(...values) {
+      window.drawCalls += 1;
+      return drawElements.apply(this, values);
+    };
+  });
+  return () => page.evaluate(() => window.drawCalls);
+}
+
+test("front, side and back are three different pictures of a body", async ({ page }) => {
+  await openAvatar(page);
+  const pictures = [];
+  for (const name of ["front", "side", "back"]) {
+    await view(page, name).click();
+    pictures.push(await look(page));
+    await expect(view(page, name)).toHaveAttribute("aria-pressed", "true");
+    await expect(page.locator('[data-view][aria-pressed="true"]')).toHaveCount(1);
+  }
+  for (const picture of pictures) expect(drawn(picture)).toBeGreaterThan(0.06);
+  const [front, side, back] = pictures;
+  expect(difference(front, side)).toBeGreaterThan(0.03);
+  expect(difference(side, back)).toBeGreaterThan(0.03);
+  expect(difference(front, back)).toBeGreaterThan(0.005);
+});
+
+test("the keys do what the buttons do", async ({ page }) => {
+  await openAvatar(page);
+  const byButton = {};
+  for (const name of ["side", "back", "front"]) {
+    await view(page, name).click();
+    byButton[name] = await look(page);
+  }
+  await canvas(page).focus();
+  const focused = await look(page); // with the mark of the focus
+  expect(difference(focused, byButton.front)).toBeLessThan(0.03);
+  for (const [key, name] of [["2", "side"], ["3", "back"], ["1", "front"]]) {
+    await page.keyboard.press(key);
+    expect(difference(await look(page), byButton[name])).toBeLessThan(0.03);
+  }
+  await page.keyboard.press("ArrowRight");
+  expect(difference(await look(page), focused)).toBeGreaterThan(0.01);
+  await expect(page.locator('[data-view][aria-pressed="true"]')).toHaveCount(0);
+  await page.keyboard.press("1");
+  await page.keyboard.press("+");
+  const near = await look(page);
+  expect(drawn(near)).toBeGreaterThan(1.2 * drawn(focused));
+  await page.keyboard.press("-");
+  expect(difference(await look(page), focused)).toBeLessThan(0.005);
+});
+
+test("dragging and the zoom buttons move the body", async ({ page }) => {
+  await openAvatar(page);
+  const front = await look(page);
+  const box = await canvas(page).boundingBox();
+  await page.mouse.move(box.x + box.width / 2, box.y + 200);
+  await page.mouse.down();
+  await page.mouse.move(box.x + box.width / 2 + 120, box.y + 200, { steps: 6 });
+  await page.mouse.up();
+  const turned = await look(page);
+  expect(difference(front, turned)).toBeGreaterThan(0.02);
+  await page.locator('[data-zoom="in"]').click();
+  const near = await look(page);
+  expect(drawn(near)).toBeGreaterThan(1.2 * drawn(turned));
+  await page.locator('[data-zoom="out"]').click();
+  expect(drawn(await look(page))).toBeCloseTo(drawn(turned), 2);
+});
+
+test("the wheel scrolls the page until the body is chosen, and zooms then", async ({ page }) => {
+  await page.setViewportSize({ width: 1000, height: 600 });
+  await openAvatar(page);
+  await canvas(page).scrollIntoViewIfNeeded();
+  await canvas(page).hover();
+  const top = () => page.evaluate(() => window.scrollY);
+  const before = await top();
+  await page.mouse.wheel(0, 150);
+  await expect.poll(top).toBeGreaterThan(before);
+  await canvas(page).focus();
+  await canvas(page).hover();
+  const picture = await look(page);
+  const still = await top();
+  await page.mouse.wheel(0, -300);
+  expect(difference(await look(page), picture)).toBeGreaterThan(0.02);
+  expect(await top()).toBe(still);
+});
+
+test.describe("on a telephone", () => {
+  test.use({ viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true });
+
+  test("a thumb turns the body, two fingers bring it closer", async ({ page }) => {
+    await openAvatar(page);
+    const fingers = await page.context().newCDPSession(page);
+    const touch = (type, ...points) =>
+      fingers.send("Input.dispatchTouchEvent", {
+        type,
+        touchPoints: points.map(([x, y], id) => ({ x, y, id })),
+      });
+    await canvas(page).scrollIntoViewIfNeeded();
+    const { x, y, width } = await canvas(page).boundingBox();
+    const [middle, level] = [x + width / 2, y + 150];
+
+    const front = await look(page);
+    await touch("touchStart", [middle, level]);
+    for (let step = 1; step <= 6; step += 1) await touch("touchMove", [middle + 15 * step, level]);
+    await touch("touchEnd");
+    const turned = await look(page);
+    expect(difference(front, turned)).toBeGreaterThan(0.02);
+
+    await touch("touchStart", [middle - 20, level], [middle + 20, level]);
+    for (let step = 1; step <= 6; step += 1) {
+      await touch("touchMove", [middle - 20 - 8 * step, level], [middle + 20 + 8 * step, level]);
+    }
+    await touch("touchEnd");
+    expect(drawn(await look(page))).toBeGreaterThan(1.2 * drawn(turned));
+  });
+});
+
+test("nothing is drawn while nothing changes", async ({ page }) => {
+  const drawCalls = await countDrawing(page);
+  await openAvatar(page);
+  await view(page, "side").click();
+  await look(page);
+  const before = await drawCalls();
+  expect(before).toBeGreaterThan(0);
+  await page.waitForTimeout(1000);
+  expect(await drawCalls()).toBe(before);
+});
+
+test("who wants little motion sees the view at once", async ({ page }) => {
+  await page.emulateMedia({ reducedMotion: "reduce" });
+  const drawCalls = await countDrawing(page);
+  await openAvatar(page);
+  const before = await drawCalls();
+  await view(page, "back").click();
+  await page.waitForTimeout(500);
+  const parts = 3; // skin, garment, shadow
+  expect(await drawCalls()).toBeLessThanOrEqual(before + 2 * parts);
+  expect(await drawCalls()).toBeGreaterThan(before);
+});
+
+test("the view follows the size of the window", async ({ page }) => {
+  await openAvatar(page);
+  for (const width of [1400, 500]) {
+    await page.setViewportSize({ width, height: 900 });
+    const picture = await look(page);
+    expect(drawn(picture)).toBeGreaterThan(0.06);
+    const box = await canvas(page).boundingBox();
+    const buffer = await canvas(page).evaluate((c) => [c.width, c.height]);
+    expect(buffer[0]).toBeCloseTo(box.width, -1);
+    expect(buffer[1]).toBeCloseTo(box.height, -1);
+  }
+});
+
+test("without WebGL the still picture stays, and it is said", async ({ page, complaints }) => {
+  await page.addInitScript(() => {
+    HTMLCanvasElement.prototype.getContext = () => null;
+  });
+  await openAvatarWithoutViewer(page);
+  await expect(page.locator("#viewer img")).toBeVisible();
+  await expect(page.getByRole("status").filter({ hasText: "3D" })).toContainText("not available");
+  await expect(view(page, "front")).toBeHidden();
+  complaints.expect(/WebGL/); // three.js's own
+});
+
+test("without the file the still picture stays, and it is said", async ({ page, complaints }) => {
+  await page.route("**/*.glb", (route) => route.fulfill({ status: 503, body: "" }));
+  await openAvatarWithoutViewer(page);
+  await expect(page.locator("#viewer img")).toBeVisible();
+  await expect(page.getByRole("status").filter({ hasText: "3D" })).toContainText("not available");
+  complaints.expect(/status of 503/); // the answer's own
+});
+
+test("while the graphics context is lost the still picture is back", async ({ page }) => {
+  await openAvatar(page);
+  const lose = await canvas(page).evaluateHandle((element) =>
+    element.getContext("webgl2").getExtension("WEBGL_lose_context"),
+  );
+  await lose.evaluate((extension) => extension.loseContext());
+  await expect(page.locator("#viewer")).toHaveAttribute("data-state", "failed");
+  await expect(page.locator("#viewer img")).toBeVisible();
+  await lose.evaluate((extension) => extension.restoreContext());
+  await ready(page);
+  expect(drawn(await look(page))).toBeGreaterThan(0.06);
+});
+
+async function openAvatarWithoutViewer(page) {
+  await enter(page);
+  const viewer = page.locator("#viewer");
+  await expect(viewer).toHaveAttribute("data-state", "failed", { timeout: 20_000 });
+}
