@@ -1,21 +1,23 @@
 /**
  * The form of measurements, made smoother: it works without this.
  *
- * Units change without a reload, what is typed survives one, and the list of things to look at
- * takes focus.
+ * Units change without a reload, what is typed survives one, and the list of answers to look at
+ * again takes the focus.
  */
 
 const DRAFT = "measurements";
 
 const form = document.getElementById("measurements");
 
-/** What the form holds, but for its token. */
-function answers() {
-  return [...new FormData(form)].filter(([name]) => name !== "csrf_token");
+/** What tells one session from the next: when measurements are forgotten, so is the draft. */
+function session() {
+  const [token] = form.elements.csrf_token.value.split(".");
+  return token;
 }
 
 function keepDraft() {
-  sessionStorage.setItem(DRAFT, JSON.stringify(answers()));
+  const answers = [...new FormData(form)].filter(([name]) => name !== "csrf_token");
+  sessionStorage.setItem(DRAFT, JSON.stringify({ session: session(), answers }));
 }
 
 function dropDraft() {
@@ -24,12 +26,13 @@ function dropDraft() {
 
 /** Puts back what was typed and never sent, unless the page has other units by now. */
 function restoreDraft() {
-  const draft = JSON.parse(sessionStorage.getItem(DRAFT) ?? "[]");
-  if (new Map(draft).get("units") !== form.elements.units.value) {
+  const draft = JSON.parse(sessionStorage.getItem(DRAFT) ?? "{}");
+  const answers = new Map(draft.answers);
+  if (draft.session !== session() || answers.get("units") !== form.elements.units.value) {
     dropDraft();
     return;
   }
-  for (const [name, value] of draft) {
+  for (const [name, value] of answers) {
     const field = form.elements.namedItem(name);
     if (field) field.value = value;
   }
@@ -39,35 +42,39 @@ function restoreDraft() {
 async function switchUnits(button) {
   const body = new URLSearchParams(new FormData(form, button));
   const response = await fetch(form.action, { method: "POST", body });
-  if (!response.ok) throw new Error(`units: ${response.status}`);
+  if (!response.ok) throw new Error(`The units could not be changed: ${response.status}`);
   const page = new DOMParser().parseFromString(await response.text(), "text/html");
-  const converted = page.getElementById("measurements");
   for (const part of ["units", "fields-first", "fields-rest"]) {
-    document.getElementById(part).replaceChildren(...converted.querySelector(`#${part}`).childNodes);
+    const converted = page.getElementById(part);
+    document.getElementById(part).replaceChildren(...converted.childNodes);
   }
-  form.elements.units.value = converted.elements.units.value;
+  form.elements.units.value = button.value;
   document.getElementById("summary")?.remove();
   dropDraft();
   form.querySelector(`[name=switch_to][value=${button.value}]`).focus();
 }
 
-// A browser that fills fields in from an earlier person would show one shopper another's body;
-// without this script it is needed, to keep what was typed over a reload.
+/** Lets the browser send the form as if there were no script. */
+function sendPlainly(button) {
+  const choice = document.createElement("input");
+  Object.assign(choice, { type: "hidden", name: button.name, value: button.value });
+  form.append(choice);
+  form.submit();
+}
+
+// Suggestions would show one shopper what another typed on the same device. Without scripts they
+// stay, because browsers that are told to leave them out forget the form at a reload too.
 form.autocomplete = "off";
 restoreDraft();
 document.getElementById("summary")?.focus();
 
 form.addEventListener("input", keepDraft);
 form.addEventListener("submit", (event) => {
-  if (event.submitter?.name !== "switch_to") {
+  const button = event.submitter;
+  if (button?.name === "switch_to") {
+    event.preventDefault();
+    switchUnits(button).catch(() => sendPlainly(button));
+  } else {
     dropDraft();
-    return;
   }
-  event.preventDefault();
-  switchUnits(event.submitter).catch(() => {
-    const choice = document.createElement("input");
-    Object.assign(choice, { type: "hidden", name: "switch_to", value: event.submitter.value });
-    form.append(choice);
-    form.submit();
-  });
 });
