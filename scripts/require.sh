@@ -120,7 +120,11 @@ require_osmesa() {
 
 has_chromium() {
     [ -n "${CHROMIUM:-}" ] && [ -x "$CHROMIUM" ] && return
-    command -v chromium >/dev/null
+    local name
+    for name in chromium chromium-browser google-chrome; do
+        if command -v "$name" >/dev/null; then return; fi
+    done
+    return 1
 }
 
 require_chromium() {

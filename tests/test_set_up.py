@@ -93,6 +93,12 @@ def test_a_new_enough_node_is_taken(bare):
     assert require(bare, "node").returncode == 0
 
 
+@pytest.mark.parametrize("name", ["chromium", "chromium-browser", "google-chrome"])
+def test_a_browser_of_the_family_is_taken(bare, name):
+    put(bare, name, "exit 0")
+    assert require(bare, "chromium").returncode == 0
+
+
 def test_a_browser_may_be_anywhere(bare):
     put(bare, "chrome", "exit 0")
     assert require(bare, "chromium", CHROMIUM=str(bare / "chrome")).returncode == 0
