@@ -6,7 +6,8 @@
 #   make format      put the Python files into the one style
 #   make train       the shipped estimators, from the shipped population (minutes)
 #   make population  the open population from nothing, through Anny and PyTorch (up to an hour)
-#   make report      errors of the estimators on bodies and people held out
+#   make report      the population beside the survey, and the estimators' errors, as pages of docs/
+#                    (ARGS="--survey-rows FOLDER": their errors on real people too)
 #   make licences    docs/licences.md, from the metadata of what is installed
 #   make lock        the lock files, from pyproject.toml
 #   make clean       remove whatever these targets installed or built
