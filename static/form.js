@@ -50,6 +50,7 @@ async function switchUnits(button) {
   }
   form.elements.units.value = button.value;
   document.getElementById("summary")?.remove();
+  document.querySelector("footer").replaceWith(page.querySelector("footer"));
   dropDraft();
   form.querySelector(`[name=switch_to][value=${button.value}]`).focus();
 }

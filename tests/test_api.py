@@ -246,6 +246,17 @@ def test_too_large_a_body_is_refused(call, path):
     assert response.status_code == 413
 
 
+def test_too_large_a_body_is_refused_when_it_comes_in_chunks(client):
+    content = json.dumps(WOMAN).encode() + b" " * 100_000
+    response = client.post(
+        "/api/v1/avatars",
+        input_stream=io.BytesIO(content),
+        content_type="application/json",
+        environ_overrides={"wsgi.input_terminated": True},
+    )
+    assert response.status_code == 413
+
+
 @pytest.mark.parametrize(
     ("method", "path", "status"),
     [

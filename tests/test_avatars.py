@@ -56,7 +56,7 @@ def test_a_value_that_was_not_entered_comes_with_its_range(shopper):
 def test_the_page_speaks_the_shoppers_units(client):
     client.send(body="male", units="imperial", stature="5'11", weight="170")
     client.get("/avatar")
-    assert text(client.page.find(".//caption")) == "Lengths in in, weight in lb"
+    assert text(client.page.find(".//caption")) == "Lengths in inches, weight in pounds"
     assert table(client.page)["Height"][0] == "71.0"
     assert table(client.page)["Weight"][0] == "170.0"
 

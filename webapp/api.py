@@ -107,9 +107,12 @@ def _wanted(members: Sequence[str]) -> AvatarRequest:
     """What the request's body asks for."""
     if not request.is_json:
         abort(415, "The request's content type must be application/json.")
+    content = request.get_data()
+    if request.content_length is None and len(content) == request.max_content_length:
+        abort(413)  # A body that comes in chunks is cut at the limit without a word.
     try:
         # Integers are read as floats too: Python refuses to read very long ones.
-        document = json.loads(request.get_data(), parse_int=float)
+        document = json.loads(content, parse_int=float)
     except (ValueError, RecursionError):
         abort(400, "The request's body is not JSON.")
     return read_document(document, members, limits())

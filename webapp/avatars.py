@@ -3,7 +3,6 @@
 import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from flask import (
     Blueprint,
@@ -24,8 +23,7 @@ from model.gltf import to_glb
 from model.measurements import MEASUREMENTS, BodyKind, MeasurementSet
 from model.rendering import RenderingUnavailable, Side, render_png
 from model.template_mesh import Body
-from webapp.forms import AvatarRequest, Refused, Typed
-from webapp.units import symbols
+from webapp.forms import AvatarRequest, Limits, Refused, Typed
 
 MET = 0.0005
 """Metres or kilograms: an entered value this near to the body's is the body's."""
@@ -140,7 +138,6 @@ def page() -> str | AnyResponse:
     return render_template(
         "avatars/avatar.html",
         units=wanted.units,
-        symbols=symbols(wanted.units),
         entered=[row for row in rows(avatar) if row.asked is not None],
         estimated=[row for row in rows(avatar) if row.asked is None],
         measurements=MEASUREMENTS,
@@ -168,6 +165,6 @@ def _wanted() -> AvatarRequest | None:
         return None
 
 
-def limits() -> dict[BodyKind, Any]:
+def limits() -> dict[BodyKind, Limits]:
     """What an adult can plausibly measure, for each kind of body."""
     return {kind: estimator.limits for kind, estimator in estimators().items()}

@@ -14,6 +14,7 @@ VERSION = "1.0.0"
 
 def document() -> Schema:
     """The whole description."""
+    health = _object({"status": {"const": "ok"}})
     return {
         "openapi": "3.1.0",
         "info": {
@@ -25,11 +26,11 @@ def document() -> Schema:
         },
         "paths": {
             "/healthz": {
-                "get": _operation(
-                    "health",
-                    "Answers once the estimators are loaded.",
-                    _answer("It serves.", "application/json", _object({"status": {"const": "ok"}})),
-                )
+                "get": {
+                    "operationId": "health",
+                    "summary": "Answers once the estimators are loaded.",
+                    "responses": {"200": _answer("It serves.", "application/json", health)},
+                }
             },
             "/api/v1/measurements": {"get": _measurements()},
             "/api/v1/avatars": {
