@@ -17,6 +17,7 @@ async function start(element) {
   announce(element);
   try {
     const viewer = createViewer(element);
+    element.viewer = viewer; // for what else the page may do with it
     connectButtons(element, viewer);
     await viewer.load(element.dataset.glb);
   } catch (error) {

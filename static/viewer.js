@@ -142,6 +142,7 @@ class Viewer {
     release(this.#ground);
     this.#renderer.dispose();
     this.#renderer.forceContextLoss();
+    this.#uncover(false);
     this.#canvas.remove();
     delete this.#element.dataset.state;
   }

@@ -61,6 +61,7 @@ export default defineConfig({
           FITTING_ROOM_LOCAL: "1",
           RATELIMIT_ENABLED: "0",
           SECRET_KEY: "only-for-tests",
+          GUNICORN_CMD_ARGS: "--log-level warning",
         },
       },
 });

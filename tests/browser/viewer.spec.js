@@ -193,6 +193,66 @@ test("while the graphics context is lost the still picture is back", async ({ pa
   expect(drawn(await look(page))).toBeGreaterThan(0.06);
 });
 
+test("of two files asked for at once, the later one is shown", async ({ page }) => {
+  await openAvatar(page);
+  const body = await look(page);
+  const glb = await page.locator("#viewer").getAttribute("data-glb");
+  let release;
+  const held = new Promise((resolve) => {
+    release = resolve;
+  });
+  await page.route("**/slow.glb", async (route) => {
+    await held;
+    await route.fulfill({ status: 404, body: "" }).catch(() => {});
+  });
+  await page.evaluate(async (url) => {
+    const { viewer } = document.querySelector("#viewer");
+    const slow = viewer.load("/slow.glb");
+    await viewer.load(url);
+    await slow;
+  }, glb);
+  release();
+  await ready(page);
+  expect(difference(await look(page), body)).toBeLessThan(0.001);
+});
+
+test("a body that is replaced gives its memory back, and a closed viewer everything", async ({
+  page,
+}) => {
+  await page.addInitScript(() => {
+    window.held = 0;
+    const { prototype } = WebGL2RenderingContext;
+    for (const kind of ["Buffer", "Texture", "VertexArray", "Program"]) {
+      for (const [verb, step] of [["create", 1], ["delete", -1]]) {
+        const original = prototype[verb + kind];
+        prototype[verb + kind] = function count(...values) {
+          window.held += step;
+          return original.apply(this, values);
+        };
+      }
+    }
+  });
+  await openAvatar(page);
+  await look(page);
+  const held = () => page.evaluate(() => window.held);
+  const reload = () =>
+    page.evaluate(() => {
+      const element = document.querySelector("#viewer");
+      return element.viewer.load(element.dataset.glb);
+    });
+  await reload();
+  await look(page);
+  const before = await held();
+  expect(before).toBeGreaterThan(0);
+  for (let i = 0; i < 5; i += 1) await reload();
+  await look(page);
+  expect(await held()).toBe(before);
+
+  await page.evaluate(() => document.querySelector("#viewer").viewer.dispose());
+  await expect(canvas(page)).toHaveCount(0);
+  await expect(page.locator("#viewer img")).toBeVisible();
+});
+
 async function openAvatarWithoutViewer(page) {
   await enter(page);
   const viewer = page.locator("#viewer");
