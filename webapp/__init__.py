@@ -12,11 +12,11 @@ from flask.json.provider import DefaultJSONProvider
 from flask_limiter import Limiter, RateLimitExceeded
 from flask_limiter.util import get_remote_address
 from flask_wtf import CSRFProtect
-from model.estimators import load_estimators
 from werkzeug.exceptions import HTTPException, ServiceUnavailable
 from werkzeug.middleware.proxy_fix import ProxyFix
 from werkzeug.wrappers import Response
 
+from model.estimators import load_estimators
 from model.rendering import RenderingUnavailable
 from webapp import api, avatars, units, wizard
 from webapp.forms import Refused

@@ -15,10 +15,10 @@ from flask import (
     session,
     url_for,
 )
-from model.estimators import Estimator
 from werkzeug.wrappers import Response as AnyResponse
 
 from model.anthropometry import Measured, measure
+from model.estimators import Estimator
 from model.gltf import to_glb
 from model.measurements import MEASUREMENTS, BodyKind, MeasurementSet
 from model.rendering import RenderingUnavailable, Side, render_png
