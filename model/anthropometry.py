@@ -251,7 +251,7 @@ class Mass:
     def read(self, template: TemplateMesh, vertices: Floats) -> Floats:
         return BODY_DENSITY * geometry.volume(vertices, template.faces)
 
-    def path(self, template: TemplateMesh, vertices: Floats) -> Floats:
+    def path(self, template: TemplateMesh, vertices: Floats) -> Floats:  # noqa: ARG002
         """A scale has no tape: an empty path, of shape (0, 3)."""
         return np.zeros((0, 3))
 
@@ -324,9 +324,7 @@ def measure(body: Body) -> Measured:
     )
 
 
-def measure_batch(
-    template: TemplateMesh, vertices: Floats, names: Iterable[str] = TAKEN
-) -> Floats:
+def measure_batch(template: TemplateMesh, vertices: Floats, names: Iterable[str] = TAKEN) -> Floats:
     """Takes measurements of many bodies.
 
     Parameters

@@ -134,10 +134,13 @@ def section_hulls(vertices: Floats, edges: Integers, origins: Floats, normals: F
     points = starts + fractions[:, None] * (vertices[rows // planes, high] - starts)
 
     counts = np.bincount(rows, minlength=row_count)
-    centres = np.stack(
-        [np.bincount(rows, weights=points[:, axis], minlength=row_count) for axis in range(3)],
-        axis=1,
-    ) / np.maximum(counts, 1)[:, None]
+    centres = (
+        np.stack(
+            [np.bincount(rows, weights=points[:, axis], minlength=row_count) for axis in range(3)],
+            axis=1,
+        )
+        / np.maximum(counts, 1)[:, None]
+    )
     offsets = points - centres[rows]
     right, up = _plane_axes(normals)
     flat = np.stack(
@@ -167,7 +170,7 @@ def section_hulls(vertices: Floats, edges: Integers, origins: Floats, normals: F
         edges=cut[order],
         fractions=fractions[order],
         starts=np.searchsorted(rows, np.arange(row_count + 1)),
-        perimeters=np.bincount(rows, weights=lengths, minlength=row_count),
+        perimeters=np.bincount(rows, lengths, row_count).astype(np.float64),
     )
 
 

@@ -19,6 +19,7 @@ BODY_KINDS: tuple[BodyKind, ...] = get_args(BodyKind)
 
 Kind = Literal["height", "girth", "length", "mass"]
 
+
 @dataclass(frozen=True, slots=True)
 class Measurement:
     """One row of the table.

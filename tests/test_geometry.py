@@ -10,7 +10,7 @@ def tube(sides: int = 64, radius: float = 0.3, height: float = 2.0) -> trimesh.T
     """An open tube about the vertical, its corners on the circle."""
     turns = np.arange(sides) * 2 * np.pi / sides
     ring = np.stack([radius * np.cos(turns), np.zeros(sides), radius * np.sin(turns)], axis=1)
-    vertices = np.concatenate([ring, ring + [0, height, 0]])
+    vertices = np.concatenate([ring, ring + np.array([0, height, 0])])
     here, there = np.arange(sides), (np.arange(sides) + 1) % sides
     faces = np.concatenate(
         [

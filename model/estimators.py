@@ -1,0 +1,241 @@
+"""From measurements to a body: the paper's linear law, for any subset of measurements.
+
+Reference: *Estimating Body Shapes From Body Measurements*, section 4.5, equations 6 to 8:
+a matrix A with T(x) = A x, found as A = y x⁺ from the population's coordinates y and
+measurements x. Coordinates are given as coefficients on a shape basis, which is itself
+linear, so that the law is the same one.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.stats import norm
+from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
+from sklearn.utils import Tags
+from sklearn.utils.validation import check_is_fitted, validate_data
+
+from model.geometry import Floats
+from model.measurements import BODY_KINDS, BodyKind, MeasurementSet
+from model.shape_basis import ShapeBasis, load_shape_basis
+from model.template_mesh import DATA, Body, TemplateMesh, load_template_mesh
+
+RANGE_SHARE = 0.8
+"""How often the truth lies within a printed range."""
+
+
+class LinearBodyEstimator(MultiOutputMixin, RegressorMixin, BaseEstimator):
+    """Least squares from measurements to a body, for whichever measurements are known.
+
+    What is learned are sums of products over the population. The law of any subset of
+    measurements follows from those in closed form, and is exactly the least-squares law
+    that a fit on that subset alone would find.
+
+    Parameters
+    ----------
+    fit_intercept : bool, default=True
+        Whether the law has a constant term. False is equation 8 to the letter.
+
+    Attributes
+    ----------
+    n_features_in_ : int, the number m of measurements.
+    count_ : int, bodies seen.
+    moments_ : ndarray of shape (m + 1, m + 1), mean products of a leading 1 and the
+        measurements.
+    cross_moments_ : ndarray of shape (K, m + 1), mean products with the coordinates.
+    single_output_ : bool, whether coordinates were given as one column.
+
+    References
+    ----------
+    The paper's section 4.5; A = y x⁺ (8), and x⁺ = xᵀ (x xᵀ)⁻¹ for independent rows.
+    """
+
+    def __init__(self, *, fit_intercept: bool = True) -> None:
+        self.fit_intercept = fit_intercept
+
+    def __sklearn_tags__(self) -> Tags:
+        tags = super().__sklearn_tags__()
+        tags.input_tags.allow_nan = True
+        tags.target_tags.multi_output = True
+        return tags
+
+    def fit(self, X: Any, y: Any) -> "LinearBodyEstimator":
+        """Learns from bodies.
+
+        Parameters
+        ----------
+        X : array-like of shape (n, m), measurements; none may be missing.
+        y : array-like of shape (n, K) or (n,), coordinates.
+        """
+        X, y = validate_data(self, X, y, multi_output=True, y_numeric=True, dtype=np.float64)
+        self.single_output_ = y.ndim == 1
+        y = y.reshape(len(y), -1).astype(np.float64)
+        known = np.column_stack([np.ones(len(X)), X])
+        self.count_ = len(X)
+        self.moments_ = known.T @ known / len(X)
+        self.cross_moments_ = y.T @ known / len(X)
+        return self
+
+    def predict(self, X: Any) -> Floats:
+        """Estimates coordinates.
+
+        Parameters
+        ----------
+        X : array-like of shape (n, m); NaN where a measurement is not known.
+
+        Returns
+        -------
+        ndarray of shape (n, K) or (n,).
+        """
+        check_is_fitted(self)
+        X = validate_data(self, X, reset=False, dtype=np.float64, ensure_all_finite="allow-nan")
+        predicted = np.empty((len(X), len(self.cross_moments_)))
+        missing = np.isnan(X)
+        for pattern in np.unique(missing, axis=0):
+            rows = (missing == pattern).all(axis=1)
+            known = np.column_stack([np.ones(rows.sum()), X[rows][:, ~pattern]])
+            if not self.fit_intercept:
+                known = known[:, 1:]
+            predicted[rows] = known @ self.law(~pattern).T
+        return predicted[:, 0] if self.single_output_ else predicted
+
+    def law(self, known: Any) -> Floats:
+        """The matrix A of the known measurements (equation 8).
+
+        Parameters
+        ----------
+        known : ndarray of bool, shape (m,).
+
+        Returns
+        -------
+        ndarray of shape (K, number known), led by a constant column with an intercept.
+        """
+        use = self._columns(known)
+        return self._solve(self.cross_moments_[:, use], use)
+
+    def residual_covariance(self, known: Any) -> Floats:
+        """How the measurements vary once some are known: ndarray of shape (m, m)."""
+        use = self._columns(known)
+        across = self.moments_[1:, use]
+        residual: Floats = self.moments_[1:, 1:] - self._solve(across, use) @ across.T
+        return residual
+
+    def _columns(self, known: Any) -> Any:
+        return np.flatnonzero(np.concatenate([[self.fit_intercept], known]))
+
+    def _solve(self, across: Floats, use: Any) -> Floats:
+        """Least squares by the normal equations, in columns of like size: (rows, use)."""
+        gram = self.moments_[np.ix_(use, use)]
+        size = np.sqrt(np.diag(gram))
+        size = np.where(size > 0, size, 1.0)
+        solution = np.linalg.lstsq(gram / np.outer(size, size), (across / size).T, rcond=1e-13)[0]
+        law: Floats = solution.T / size
+        return law
+
+
+@dataclass(frozen=True, eq=False)
+class Estimator:
+    """A shipped estimator of one kind of body.
+
+    Attributes
+    ----------
+    kind : the kind of body it estimates.
+    names : the measurements that it knows, in the order of the learned columns.
+    linear : the learned law.
+    limits : by measurement, the least and the most that an adult may plausibly be, SI.
+    version : of the file.
+    trained_on : the population, for people to read.
+    basis, template : the space of bodies and their mesh.
+    """
+
+    kind: BodyKind
+    names: tuple[str, ...]
+    linear: LinearBodyEstimator
+    limits: Mapping[str, tuple[float, float]]
+    version: str
+    trained_on: str
+    basis: ShapeBasis
+    template: TemplateMesh
+
+    def estimate(self, asked: MeasurementSet) -> Body:
+        """The linear estimate from any subset of the measurements that it knows."""
+        row = np.array([[asked.get(name, np.nan) for name in self.names]])
+        vertices = self.basis.vertices(self.linear.predict(row))[0]
+        return Body(template=self.template, vertices=vertices, kind=self.kind)
+
+    def ranges(
+        self, asked: MeasurementSet, taken: MeasurementSet
+    ) -> dict[str, tuple[float, float]]:
+        """Where four of five people's values lie who share the asked ones.
+
+        The range of a value that was asked is the taken value itself.
+        """
+        known = np.array([name in asked for name in self.names])
+        spread = np.sqrt(np.maximum(np.diag(self.linear.residual_covariance(known)), 0))
+        reach = norm.ppf((1 + RANGE_SHARE) / 2) * spread
+        return {
+            name: (taken[name],) * 2
+            if name in asked
+            else (taken[name] - reach[i], taken[name] + reach[i])
+            for i, name in enumerate(self.names)
+        }
+
+    def save(self, path: Path) -> None:
+        """Writes everything but the shared basis and template; no pickle."""
+        np.savez(
+            path,
+            kind=self.kind,
+            names=np.array(self.names),
+            moments=self.linear.moments_,
+            cross_moments=self.linear.cross_moments_,
+            count=self.linear.count_,
+            limits=np.array([self.limits[name] for name in self.names]),
+            version=self.version,
+            trained_on=self.trained_on,
+            unit="m, kg",
+        )
+
+
+def load_estimator(
+    path: Path, basis: ShapeBasis | None = None, template: TemplateMesh | None = None
+) -> Estimator:
+    """Reads an estimator's file.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        Where the file is missing or is not one of ours; the message names it.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as saved:
+            arrays = {key: saved[key] for key in saved.files}
+    except FileNotFoundError:
+        raise
+    except Exception as error:
+        raise ValueError(f"{path} is not an estimator's file: {error}") from error
+    names = tuple(str(name) for name in arrays["names"])
+    linear = LinearBodyEstimator()
+    linear.n_features_in_ = len(names)
+    linear.moments_ = arrays["moments"]
+    linear.cross_moments_ = arrays["cross_moments"]
+    linear.count_ = int(arrays["count"])
+    linear.single_output_ = False
+    ends = arrays["limits"].tolist()
+    kind = next(kind for kind in BODY_KINDS if kind == str(arrays["kind"]))
+    return Estimator(
+        kind=kind,
+        names=names,
+        linear=linear,
+        limits={name: (low, high) for name, (low, high) in zip(names, ends, strict=True)},
+        version=str(arrays["version"]),
+        trained_on=str(arrays["trained_on"]),
+        basis=basis or load_shape_basis(),
+        template=template or load_template_mesh(),
+    )
+
+
+def load_estimators(folder: Path = DATA / "estimators") -> dict[BodyKind, Estimator]:
+    """The shipped estimators, one for each kind of body."""
+    return {kind: load_estimator(folder / f"{kind}.npz") for kind in BODY_KINDS}

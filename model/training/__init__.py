@@ -1,0 +1,4 @@
+"""Learning: populations, their bodies, and the estimators made from them.
+
+No running site imports it.
+"""

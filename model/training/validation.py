@@ -1,0 +1,136 @@
+"""How far the estimates are off, on bodies and people that the estimators did not see."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from model.anthropometry import TAKEN, measure_batch
+from model.estimators import Estimator, load_estimators
+from model.geometry import Floats
+from model.measurements import MEASUREMENTS
+from model.template_mesh import load_template_mesh
+from model.training.population import Population, bodies_of
+from model.training.survey import (
+    SEXES,
+    SURVEY_TAPES,
+    Sex,
+    is_test_person,
+    read_people,
+)
+
+ENTERED: Mapping[str, Sequence[str]] = {
+    "all that are taken": TAKEN,
+    "the eight that the paper evaluates": (
+        "stature",
+        "bust_girth",
+        "waist_girth",
+        "abdomen_girth",
+        "hip_girth",
+        "thigh_girth",
+        "mid_thigh_girth",
+        "inseam_height",
+    ),
+    "stature, weight, bust, hips": ("stature", "weight", "bust_girth", "hip_girth"),
+    "stature and weight": ("stature", "weight"),
+    "stature": ("stature",),
+}
+"""What is entered, for the tables."""
+
+FROM_SURVEY: Mapping[str, tuple[str, ...]] = {
+    "stature": ("stature",),
+    "weight": ("weightkg",),
+    "bust_girth": ("chestcircumference",),
+    "hip_girth": ("buttockcircumference",),
+    "neck_girth": ("neckcircumference",),
+    "thigh_girth": ("thighcircumference",),
+    "abdomen_girth": ("waistcircumference",),
+    "inseam_height": ("crotchheight", "lateralmalleolusheight"),
+    "foot_height": ("lateralmalleolusheight",),
+}
+"""Measurements that a real person of the survey has: a column, or one less another."""
+
+REAL_PER_SEX = 100
+BANDS = (16.0, 18.5, 25.0, 30.0, 35.0, 40.0, 51.0)
+"""Edges of the bands of body-mass index, in kg/m²."""
+
+
+@dataclass(frozen=True, eq=False)
+class Errors:
+    """Errors of one estimator with one set of entered values.
+
+    Attributes
+    ----------
+    misses : by measurement, ndarray of shape (n,): taken less true, SI units; NaN unknown.
+    vertices : ndarray of shape (n,), mean vertex distance in metres; empty if unknown.
+    """
+
+    misses: Mapping[str, Floats]
+    vertices: Floats
+
+    def lengths(self, names: Sequence[str]) -> Floats:
+        """Absolute misses of lengths alone (no weight): ndarray of shape (n, lengths)."""
+        return np.abs(
+            np.stack([self.misses[n] for n in names if MEASUREMENTS[n].kind != "mass"], axis=1)
+        )
+
+
+def estimate(
+    estimator: Estimator, values: Mapping[str, Floats], entered: Sequence[str]
+) -> tuple[Floats, Floats]:
+    """Bodies from entered values: vertices (n, V, 3) and what they measure (n, M)."""
+    count = len(next(iter(values.values())))
+    rows = np.full((count, len(estimator.names)), np.nan)
+    for name in entered:
+        rows[:, estimator.names.index(name)] = values[name]
+    vertices = estimator.basis.vertices(estimator.linear.predict(rows))
+    return vertices, measure_batch(estimator.template, vertices)
+
+
+def held_out_values(population: Population, sex: Sex) -> tuple[Floats, dict[str, Floats]]:
+    """The held-out bodies of one sex: vertices (n, V, 3), and their measurements by name."""
+    rows = np.flatnonzero(population.held_out & population.of(sex))
+    vertices = np.concatenate([part for _, part in bodies_of(population, rows)])
+    taken = measure_batch(load_template_mesh(), vertices)
+    return vertices, dict(zip(TAKEN, taken.T, strict=True))
+
+
+def errors_on_bodies(
+    estimator: Estimator, vertices: Floats, values: Mapping[str, Floats], entered: Sequence[str]
+) -> Errors:
+    """Errors on bodies whose shape is known."""
+    estimated, taken = estimate(estimator, values, entered)
+    misses = {name: taken[:, i] - values[name] for i, name in enumerate(TAKEN)}
+    distances = np.linalg.norm(estimated - vertices, axis=2).mean(axis=1)
+    return Errors(misses=misses, vertices=distances)
+
+
+def real_people(folder: Path, sex: Sex, seed: int) -> dict[str, Floats]:
+    """Measurements of real people whom nothing was trained or calibrated on, by name."""
+    subjects, columns = read_people(folder / f"{sex}_half_a.csv")
+    tested = np.flatnonzero([is_test_person(subject) for subject in subjects])
+    chosen = np.sort(np.random.default_rng(seed).permutation(tested)[:REAL_PER_SEX])
+    place = {name: i for i, name in enumerate(SURVEY_TAPES)}
+    values = {}
+    for name, (column, *less) in FROM_SURVEY.items():
+        values[name] = columns[chosen, place[column]]
+        for other in less:
+            values[name] = values[name] - columns[chosen, place[other]]
+    return values
+
+
+def errors_on_people(
+    estimator: Estimator, values: Mapping[str, Floats], entered: Sequence[str]
+) -> Errors:
+    """Errors on real people, of whom only some measurements are known."""
+    known = [name for name in entered if name in values]
+    _, taken = estimate(estimator, values, known)
+    misses = {name: taken[:, TAKEN.index(name)] - values[name] for name in values}
+    return Errors(misses=misses, vertices=np.empty(0))
+
+
+def shipped_estimators() -> dict[Sex, Estimator]:
+    """The shipped estimators of women and men."""
+    loaded = load_estimators()
+    return {sex: loaded[sex] for sex in SEXES}
