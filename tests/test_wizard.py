@@ -187,6 +187,24 @@ def test_any_form_is_answered(client, fields):
         assert value in "".join(sign if sign.isprintable() else " " for sign in fields[name])
 
 
+@given(
+    st.binary(max_size=300),
+    st.sampled_from(
+        [
+            "application/x-www-form-urlencoded",
+            "multipart/form-data",
+            "multipart/form-data; boundary=a",
+            "application/json",
+            "text/plain",
+        ]
+    ),
+)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+def test_bytes_that_are_no_form_are_told_so_on_the_page(client, content, content_type):
+    response = client.post("/", data=content, content_type=content_type)
+    assert response.status_code in (400, 413)
+
+
 @pytest.mark.parametrize("count", [1, 11])
 def test_the_cookie_stays_within_a_browsers_limit(client, count):
     client.send(**dict.fromkeys(TAKEN[:count], "".join(map(chr, range(0x1F600, 0x1F640)))))
