@@ -117,6 +117,8 @@ def test_without_measurements_there_is_no_file(client, path):
 def test_answers_that_make_no_body_lead_to_the_form(client):
     client.send(body="female", stature="tall")
     assert client.get("/avatar").status_code == 303
+    assert "need another look" in client.get("/").text
+    assert client.page.find(".//input[@name='stature']").get("value") == "tall"
 
 
 @pytest.mark.parametrize("path", ["/avatar", "/avatar.glb", "/avatar/front.png"])

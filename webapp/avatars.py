@@ -28,6 +28,9 @@ from webapp.forms import AvatarRequest, Limits, Refused, Typed
 MET = 0.0005
 """Metres or kilograms: an entered value this near to the body's is the body's."""
 
+BEGIN_HERE = "To show your body we need your height first. It takes a minute."
+LOOK_AGAIN = "Some of your answers need another look. Press “Show my body” to see which."
+
 bp = Blueprint("avatars", __name__)
 
 
@@ -132,7 +135,7 @@ def page() -> str | AnyResponse:
     """The body of the measurements in the session."""
     wanted = _wanted()
     if wanted is None:
-        flash("To show your body we need your height first. It takes a minute.")
+        flash(LOOK_AGAIN if session.get("typed") else BEGIN_HERE)
         return redirect(url_for("wizard.form"), 303)
     avatar = make_avatar(wanted)
     return render_template(
