@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import norm
 from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
-from sklearn.utils import Tags
+from sklearn.utils import Tags, assert_all_finite
 from sklearn.utils.validation import check_is_fitted, validate_data
 
 from model.geometry import Floats
@@ -66,16 +66,29 @@ class LinearBodyEstimator(MultiOutputMixin, RegressorMixin, BaseEstimator):
 
         Parameters
         ----------
-        X : array-like of shape (n, m), measurements; none may be missing.
+        X : array-like of shape (n, m), measurements; NaN is left out of every mean
+            product that it would be in.
         y : array-like of shape (n, K) or (n,), coordinates.
         """
-        X, y = validate_data(self, X, y, multi_output=True, y_numeric=True, dtype=np.float64)
+        X, y = validate_data(
+            self,
+            X,
+            y,
+            multi_output=True,
+            y_numeric=True,
+            dtype=np.float64,
+            ensure_all_finite="allow-nan",
+        )
+        assert_all_finite(y, input_name="y")
         self.single_output_ = y.ndim == 1
         y = y.reshape(len(y), -1).astype(np.float64)
-        known = np.column_stack([np.ones(len(X)), X])
+        values = np.column_stack([np.ones(len(X)), X])
+        there = ~np.isnan(values)
+        values = np.where(there, values, 0)
+        together = np.maximum(there.T.astype(float) @ there, 1)
         self.count_ = len(X)
-        self.moments_ = known.T @ known / len(X)
-        self.cross_moments_ = y.T @ known / len(X)
+        self.moments_ = values.T @ values / together
+        self.cross_moments_ = y.T @ values / np.maximum(there.sum(axis=0), 1)
         return self
 
     def predict(self, X: Any) -> Floats:
