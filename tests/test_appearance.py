@@ -1,4 +1,4 @@
-"""Normals against spheres, the garment's edge against planes, on the template and on its own."""
+"""Normals against spheres, the garment's edge against planes and on the template."""
 
 import numpy as np
 import pytest
@@ -66,6 +66,22 @@ def test_the_dressed_body_is_the_body(template, kind):
     plain = trimesh.Trimesh(body.vertices, template.faces, process=False)
     assert surface.is_watertight
     assert surface.volume == pytest.approx(plain.volume, rel=1e-12)
+
+
+def test_only_the_light_on_the_cloth_is_smoothed(template):
+    dressed = dress(Body(template, template.vertices, "female"))
+    bare = vertex_normals(template.vertices, template.faces)
+    clothed = garment_field(template, "female") > 0
+    normals = dressed.normals[: len(bare)]
+    np.testing.assert_allclose(normals[~clothed], bare[~clothed], atol=1e-12)
+
+    def roughness(of):
+        """How much the normals of neighbours differ, on average."""
+        edges = trimesh.geometry.faces_to_edges(template.faces)
+        edges = edges[clothed[edges].all(axis=1)]
+        return np.linalg.norm(of[edges[:, 0]] - of[edges[:, 1]], axis=1).mean()
+
+    assert roughness(normals) < 0.7 * roughness(bare)
 
 
 @pytest.mark.parametrize("kind", BODY_KINDS)
