@@ -235,8 +235,10 @@ class Viewer {
 
   /** Panning goes up and down the body only, and not away from it. */
   #keepOnAxis() {
-    const target = this.#controls.target;
-    target.set(0, clamp(target.y, 0.05, this.#extent.height), 0);
+    const { target } = this.#controls;
+    const kept = new Vector3(0, clamp(target.y, 0.05, this.#extent.height), 0);
+    this.#camera.position.add(kept).sub(target);
+    target.copy(kept);
   }
 
   #orbit() {

@@ -7,10 +7,12 @@
  */
 
 import { execFileSync } from "node:child_process";
-import { existsSync, readFileSync } from "node:fs";
+import { readFileSync } from "node:fs";
 import path from "node:path";
 
 import { defineConfig } from "@playwright/test";
+
+import { launchOptions } from "./chromium.js";
 
 const root = path.resolve(import.meta.dirname, "../..");
 
@@ -30,21 +32,7 @@ export default defineConfig({
     baseURL,
     browserName: "chromium",
     locale: "en-GB",
-    launchOptions: {
-      executablePath: chromium(),
-      args: [
-        "--disable-background-networking",
-        "--disable-component-update",
-        "--disable-quic",
-        "--disable-sync",
-        "--no-first-run",
-        // Root, as in a container, has no sandbox to enter.
-        ...(process.getuid?.() === 0 ? ["--no-sandbox"] : []),
-        // WebGL without a graphics card.
-        "--enable-unsafe-swiftshader",
-        "--use-angle=swiftshader",
-      ],
-    },
+    launchOptions: launchOptions(),
   },
   webServer: process.env.BASE_URL
     ? undefined
@@ -70,18 +58,6 @@ export default defineConfig({
 function serverCommand() {
   const line = readFileSync(path.join(root, "Procfile"), "utf8").match(/^web: (.+)$/m);
   return `exec ${line[1]}`;
-}
-
-function chromium() {
-  const folders = process.env.PATH.split(path.delimiter);
-  const found = [
-    process.env.CHROMIUM ?? "",
-    ...["chromium", "chromium-browser", "google-chrome"].flatMap((name) =>
-      folders.map((folder) => path.join(folder, name)),
-    ),
-  ].find((file) => file && existsSync(file));
-  if (!found) throw new Error("No Chromium: install it, or name one in CHROMIUM.");
-  return found;
 }
 
 function freePort() {

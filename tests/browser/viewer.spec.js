@@ -76,6 +76,22 @@ test("dragging and the zoom buttons move the body", async ({ page }) => {
   expect(drawn(await look(page))).toBeCloseTo(drawn(turned), 2);
 });
 
+test("panning slides along the body and never off it", async ({ page }) => {
+  await openAvatar(page);
+  const front = await look(page);
+  const { x, y, width, height } = await canvas(page).boundingBox();
+  const drag = async (right, down) => {
+    await page.mouse.move(x + width / 2, y + height / 2);
+    await page.mouse.down({ button: "right" });
+    await page.mouse.move(x + width / 2 + right, y + height / 2 + down, { steps: 5 });
+    await page.mouse.up({ button: "right" });
+  };
+  await drag(150, 0);
+  expect(difference(await look(page), front)).toBeLessThan(0.005);
+  await drag(0, 100);
+  expect(difference(await look(page), front)).toBeGreaterThan(0.03);
+});
+
 test("the wheel scrolls the page until the body is chosen, and zooms then", async ({ page }) => {
   await page.setViewportSize({ width: 1000, height: 600 });
   await openAvatar(page);
