@@ -10,8 +10,8 @@ from webapp.units import (
     convert,
     from_si,
     parse,
+    range_in,
     show,
-    show_range,
     show_signed,
     to_si,
     write,
@@ -147,8 +147,9 @@ def test_numbers_as_they_stand_in_a_table():
 
 
 @given(st.floats(0.05, 2), st.floats(0.05, 2), st.sampled_from(UNITS))
-def test_a_limit_as_shown_lies_within_the_limits(one, other, units):
+def test_a_limit_as_it_is_told_lies_within_the_limits(one, other, units):
     low, high = sorted((one, other))
-    shown_low, shown_high = show_range(low, high, "m", units)
-    assert parse(shown_low, "m", units) >= low - 1e-6
-    assert parse(shown_high, "m", units) <= high + 1e-6
+    for places in (1, 3):
+        told_low, told_high = range_in(low, high, "m", units, places)
+        assert to_si(told_low, "m", units) >= low - 1e-8
+        assert to_si(told_high, "m", units) <= high + 1e-8

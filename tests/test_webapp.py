@@ -1,5 +1,6 @@
 """The site as a whole: settings, headers, limits, error pages, static files."""
 
+import io
 import re
 
 import pytest
@@ -117,6 +118,18 @@ def test_too_large_a_form_is_told_on_a_page(client):
     response = client.post("/", data={"stature": "1" * 100_000})
     assert response.status_code == 413
     assert text(client.page.find(".//h1")) == "That was too much"
+
+
+def test_a_refused_request_is_heard_out(client):
+    content = io.BytesIO(b" " * 1_000_000)
+    response = client.post(
+        "/api/v1/avatars",
+        input_stream=content,
+        content_type="text/plain",
+        environ_overrides={"wsgi.input_terminated": True},
+    )
+    assert response.status_code == 415
+    assert content.read() == b""
 
 
 def test_our_own_failure_is_told_without_its_cause(make_site):

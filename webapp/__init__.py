@@ -48,6 +48,10 @@ SECURITY_HEADERS = {
     "Permissions-Policy": "camera=(), microphone=(), geolocation=(), payment=(), usb=()",
 }
 
+HEARD_OUT = 64 * 2**20
+PIECE = 2**16
+"""Bytes that are read, and let go, of a request that is refused for its size or its type."""
+
 YEAR = 365 * 24 * 60 * 60
 """Seconds."""
 
@@ -101,6 +105,7 @@ def create_app(settings: Mapping[str, Any] | None = None) -> Flask:
     app.register_error_handler(Refused, api.refused)
     app.register_error_handler(RenderingUnavailable, no_picture)
     app.after_request(add_headers)
+    app.after_request(hear_out)
     return app
 
 
@@ -161,6 +166,15 @@ def too_many(error: RateLimitExceeded) -> Response:
 def no_picture(error: RenderingUnavailable) -> Response:
     """What is asked for needs a picture, and this machine cannot draw."""
     return failed(ServiceUnavailable(f"Pictures cannot be drawn on this server: {error}"))
+
+
+def hear_out(response: Response) -> Response:
+    """Read what a refused request still sends: who is cut off while sending hears no answer."""
+    if response.status_code >= 400 and "wsgi.input_terminated" in request.environ:
+        left = HEARD_OUT
+        while left > 0 and (content := request.environ["wsgi.input"].read(PIECE)):
+            left -= len(content)
+    return response
 
 
 def add_headers(response: Response) -> Response:

@@ -148,7 +148,9 @@ def _document(avatar: Avatar) -> dict[str, Any]:
 
 def _range(name: str, limits: tuple[float, float] | None, chosen: Units) -> list[float] | None:
     """Limits in the API's unit; None for a measurement that is not used yet."""
-    return None if limits is None else [_number(name, limit, chosen) for limit in limits]
+    if limits is None:
+        return None
+    return list(units.range_in(*limits, MEASUREMENTS[name].unit, chosen, DECIMALS))
 
 
 def _number(name: str, value: float, chosen: Units) -> float:

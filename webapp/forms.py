@@ -25,6 +25,9 @@ PICTURE_MEMBERS = (*BODY_MEMBERS, "silhouette", "camera", "facing")
 CAMERA_LIMITS = {"distance": DISTANCES, "height": HEIGHTS}
 """Where a camera may stand, in metres."""
 
+ROUNDING = 1e-9
+"""Metres or kilograms by which a limit may seem to be passed: 82 cm is 0.8200000000000001 m."""
+
 TYPED_LENGTH = 20
 """Characters kept of an answer: room for ``5 feet 6 1/2 inches``, and the cookie stays small."""
 
@@ -206,7 +209,7 @@ def _beyond(
 ) -> list[Refusal]:
     """A refusal if the value is beyond the limits: as another unit's if it fits that one."""
     low, high = limits
-    if low <= value <= high:
+    if low - ROUNDING <= value <= high + ROUNDING:
         return []
     symbol = units.SYMBOLS[measurement.unit][chosen]
     number = units.from_si(value, measurement.unit, chosen)
@@ -216,9 +219,9 @@ def _beyond(
             shown = units.write(units.from_si(meant, measurement.unit, chosen), 1)
             message = f"That looks like {words}. Did you mean {shown} {symbol}?"
             return [Refusal(field, "out_of_range", message)]
-    shown_low, shown_high = units.show_range(low, high, measurement.unit, chosen)
+    least, most = units.range_in(low, high, measurement.unit, chosen)
     message = (
-        f"We can work with {shown_low} to {shown_high} {symbol} here. "
+        f"We can work with {units.write(least, 1)} to {units.write(most, 1)} {symbol} here. "
         "Please check the number and its unit."
     )
     return [Refusal(field, "out_of_range", message)]

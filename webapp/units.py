@@ -136,14 +136,15 @@ def show_signed(value: float, quantity: Quantity, units: Units, places: int = 1)
     return text.lstrip("+-") if float(text) == 0 else text.replace("-", "\N{MINUS SIGN}")
 
 
-def show_range(
+def range_in(
     low: float, high: float, quantity: Quantity, units: Units, places: int = 1
-) -> tuple[str, str]:
-    """Limits in the page's unit, rounded inwards, so that the limit as shown is itself allowed."""
+) -> tuple[float, float]:
+    """Limits in the page's unit, rounded inwards, so that a limit as it is told is allowed."""
     scale = 10**places
-    shown_low = math.ceil(from_si(low, quantity, units) * scale - 1e-6) / scale
-    shown_high = math.floor(from_si(high, quantity, units) * scale + 1e-6) / scale
-    return write(shown_low, places), write(shown_high, places)
+    return (
+        math.ceil(from_si(low, quantity, units) * scale - 1e-6) / scale,
+        math.floor(from_si(high, quantity, units) * scale + 1e-6) / scale,
+    )
 
 
 def _plain(text: str) -> str:
