@@ -57,7 +57,7 @@ def test_the_page_speaks_the_shoppers_units(client):
     client.send(body="male", units="imperial", stature="5'11", weight="170")
     client.get("/avatar")
     assert text(client.page.find(".//caption")) == "Lengths in inches, weight in pounds"
-    assert table(client.page)["Height"][0] == "71.0"
+    assert table(client.page)["Height"][0] == "5′ 11.0″"
     assert table(client.page)["Weight"][0] == "170.0"
 
 

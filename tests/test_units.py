@@ -141,6 +141,9 @@ def test_what_is_no_number_stays_as_it_was_typed():
 def test_numbers_as_they_stand_in_a_table():
     assert show(0.9204, "m", "metric") == "92.0"
     assert show(68.0388555, "kg", "imperial") == "150.0"
+    assert show(1.68, "m", "imperial", feet=True) == "5′ 6.1″"
+    assert show(1.8287, "m", "imperial", feet=True) == "6′ 0.0″"
+    assert show(1.68, "m", "metric", feet=True) == "168.0"
     assert show_signed(0.004, "m", "metric") == "+0.4"
     assert show_signed(-0.012, "m", "metric") == "−1.2"
     assert show_signed(-0.0001, "m", "metric") == "0.0"

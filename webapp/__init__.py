@@ -1,5 +1,6 @@
 """The Fitting Room's site: reads requests, calls the model, writes responses."""
 
+import functools
 import hashlib
 import os
 import secrets
@@ -143,8 +144,13 @@ def static_url(filename: str) -> str:
     file = ROOT / "static" / filename
     if not file.is_file():
         return url_for("static", filename=filename)
-    fingerprint = hashlib.sha256(file.read_bytes()).hexdigest()[:12]
-    return url_for("static", filename=filename, v=fingerprint)
+    return url_for("static", filename=filename, v=fingerprint(file, file.stat().st_mtime_ns))
+
+
+@functools.lru_cache
+def fingerprint(file: Path, changed: int) -> str:  # noqa: ARG001 - what is kept is kept for it
+    """A few letters that are others as soon as the file's content is; `changed` is its time."""
+    return hashlib.sha256(file.read_bytes()).hexdigest()[:12]
 
 
 def failed(error: HTTPException) -> Response:

@@ -125,9 +125,15 @@ def write(value: float, places: int, *, feet: bool = False) -> str:
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
-def show(value: float, quantity: Quantity, units: Units, places: int = 1) -> str:
-    """A value in metres or kilograms as it stands in a table, without its unit."""
-    return f"{from_si(value, quantity, units):.{places}f}"
+def show(
+    value: float, quantity: Quantity, units: Units, *, feet: bool = False, places: int = 1
+) -> str:
+    """A value in metres or kilograms as it stands in a table; `feet`: inches as ``5′ 6.1″``."""
+    number = from_si(value, quantity, units)
+    if feet and units == "imperial":
+        whole, inches = divmod(round(number, places), 12)
+        return f"{whole:.0f}′ {inches:.{places}f}″"
+    return f"{number:.{places}f}"
 
 
 def show_signed(value: float, quantity: Quantity, units: Units, places: int = 1) -> str:
