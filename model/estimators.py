@@ -18,7 +18,7 @@ from sklearn.utils import Tags, assert_all_finite
 from sklearn.utils.validation import check_is_fitted, validate_data
 
 from model.geometry import Floats
-from model.measurements import BODY_KINDS, BodyKind, MeasurementSet
+from model.measurements import BODY_KINDS, MEASUREMENTS, BodyKind, MeasurementSet
 from model.shape_basis import ShapeBasis, load_shape_basis
 from model.template_mesh import DATA, Body, TemplateMesh, load_template_mesh
 
@@ -158,8 +158,8 @@ class Estimator:
     names : the measurements that it knows, in the order of the learned columns.
     linear : the learned law.
     limits : by measurement, the least and the most that an adult may plausibly be, SI.
-    version : of the file.
-    trained_on : the population, for people to read.
+    population : what bodies the law was learned from, for people to read.
+    seed, date : of that population.
     basis, template : the space of bodies and their mesh.
     """
 
@@ -167,10 +167,21 @@ class Estimator:
     names: tuple[str, ...]
     linear: LinearBodyEstimator
     limits: Mapping[str, tuple[float, float]]
-    version: str
-    trained_on: str
+    population: str
+    seed: int
+    date: str
     basis: ShapeBasis
     template: TemplateMesh
+
+    @property
+    def version(self) -> str:
+        """Tells one training from another."""
+        return f"{self.date}.{self.seed}"
+
+    @property
+    def trained_on(self) -> str:
+        """The population, for people to read."""
+        return f"{self.population}; {self.linear.count_} bodies; {self.date}, seed {self.seed}"
 
     def estimate(self, asked: MeasurementSet) -> Body:
         """The linear estimate from any subset of the measurements that it knows."""
@@ -205,9 +216,10 @@ class Estimator:
             cross_moments=self.linear.cross_moments_,
             count=self.linear.count_,
             limits=np.array([self.limits[name] for name in self.names]),
-            version=self.version,
-            trained_on=self.trained_on,
-            unit="m, kg",
+            units=np.array([MEASUREMENTS[name].unit for name in self.names]),
+            population=self.population,
+            seed=self.seed,
+            date=self.date,
         )
 
 
@@ -242,8 +254,9 @@ def load_estimator(
         names=names,
         linear=linear,
         limits={name: (low, high) for name, (low, high) in zip(names, ends, strict=True)},
-        version=str(arrays["version"]),
-        trained_on=str(arrays["trained_on"]),
+        population=str(arrays["population"]),
+        seed=int(arrays["seed"]),
+        date=str(arrays["date"]),
         basis=basis or load_shape_basis(),
         template=template or load_template_mesh(),
     )

@@ -23,13 +23,16 @@ class ShapeBasis:
     Attributes
     ----------
     mean : ndarray of shape (H, 3), metres: the kept half of the mean body.
-    directions : ndarray of shape (K, H·3), float32, metres per unit of coefficient.
+    directions : ndarray of shape (K, H·3), int16; mapped from its file, so that all
+        processes of a machine share it.
+    scales : ndarray of shape (K,), metres per unit of coefficient and of `directions`.
     half : ndarray of shape (H,), the kept vertices.
     mirror : ndarray of shape (V,), the vertex on the other side of the body.
     """
 
     mean: Floats
-    directions: NDArray[np.float32]
+    directions: NDArray[np.int16]
+    scales: NDArray[np.float32]
     half: NDArray[np.int32]
     mirror: NDArray[np.int32]
 
@@ -44,7 +47,7 @@ class ShapeBasis:
         -------
         ndarray of shape (B, V, 3), metres; soles at Y = 0, centred at X = 0.
         """
-        moved = coefficients.astype(np.float32) @ self.directions
+        moved = (coefficients * self.scales).astype(np.float32) @ self.directions.astype(np.float32)
         half = self.mean + moved.reshape(len(moved), -1, 3)
         bodies = np.empty((len(half), len(self.mirror), 3))
         bodies[:, self.mirror[self.half]] = half * [-1, 1, 1]
@@ -55,19 +58,19 @@ class ShapeBasis:
 
 @lru_cache(maxsize=1)
 def load_shape_basis(folder: Path = DATA) -> ShapeBasis:
-    """The shipped basis, read once per process.
+    """The shipped basis, mapped into memory once per process.
 
     Raises
     ------
     FileNotFoundError
-        Where the file is missing; the message names it.
+        Where a file is missing; the message names it.
     """
+    directions = np.load(folder / "shape_directions.npy", mmap_mode="r", allow_pickle=False)
     with np.load(folder / "shape_basis.npz", allow_pickle=False) as arrays:
-        directions = arrays["directions"].astype(np.float32)
-        directions *= arrays["scales"].astype(np.float32)[:, None]
         return ShapeBasis(
             mean=arrays["mean"].astype(np.float64),
             directions=directions,
+            scales=arrays["scales"].astype(np.float32),
             half=arrays["half"].astype(np.int32),
             mirror=arrays["mirror"].astype(np.int32),
         )

@@ -4,7 +4,8 @@ import pytest
 from model.anthropometry import read_tapes
 from model.shape_basis import load_shape_basis
 from model.template_mesh import load_template_mesh
-from model.training.population import HELD_OUT_PER_SEX, load_population
+from model.training.population import load_population
+from model.training.population_build import HELD_OUT_PER_SEX
 from model.training.population_files import (
     LARGEST_VERTEX_ERROR,
     overlap,
@@ -53,12 +54,14 @@ def test_the_shipped_population_is_large_wide_and_complete() -> None:
 
 
 def test_decoded_bodies_measure_what_was_recorded() -> None:
-    """The shape basis and its 16-bit rounding cost less than a millimetre of any girth."""
+    """Half a millimetre at any vertex is some 3 mm of a girth at the very worst."""
     population, template = load_population(), load_template_mesh()
     rows = np.linspace(0, len(population.sexes) - 1, 24).astype(int)
     bodies = load_shape_basis().vertices(population.coefficients[rows])
     names = list(SURVEY_TAPES)
     taken = read_tapes(template, bodies, list(SURVEY_TAPES.values()))
     off = np.abs(taken - population.taken[rows])
-    assert np.delete(off, names.index("weightkg"), axis=1).max() < 0.001
+    lengths = np.delete(off, names.index("weightkg"), axis=1)
+    assert lengths.max() < 0.004
+    assert lengths.mean() < 0.0003
     assert off[:, names.index("weightkg")].max() < 0.1

@@ -25,7 +25,7 @@ def main() -> None:
             people = write_statistics(sex, arguments.folder / f"{sex}_half_a.csv").people
             print(f"{sex}: statistics of {people} people")
     elif arguments.command == "population":
-        from model.training.population import build
+        from model.training.population_build import build
 
         build()
     elif arguments.command == "train":

@@ -136,10 +136,10 @@ def write_files(work: Path, shapes: BlendShapes, seed: int, held_out_per_sex: in
         people = np.flatnonzero(sexes == index)
         held_out[random.permutation(people)[:held_out_per_sex]] = True
 
+    np.save(DATA / "shape_directions.npy", stored)
     np.savez_compressed(
         DATA / "shape_basis.npz",
         mean=mean.reshape(-1, 3).astype(np.float32),
-        directions=stored,
         scales=scales.astype(np.float32),
         half=half.astype(np.uint16),
         mirror=mirror.astype(np.uint16),

@@ -49,7 +49,7 @@ def _validation(population: Population, survey_rows: Path | None) -> str:
     if survey_rows is None:
         pieces.append(
             "Errors on real people: not computed, the survey's rows were not given "
-            "(`make report ARGS="--survey-rows FOLDER"`)."
+            '(`make report ARGS="--survey-rows FOLDER"`).'
         )
     else:
         pieces += ["## Real people", _real(survey_rows, population.seed)]

@@ -50,11 +50,9 @@ def train_estimator(
         names=TAKEN,
         linear=linear,
         limits=dict(zip(TAKEN, map(tuple, limits.tolist()), strict=True)),
-        version=f"{population.date}.{population.seed}",
-        trained_on=(
-            f"open population of {population.date}, seed {population.seed}: "
-            f"{int(seen.sum())} bodies made with Anny 0.6.2, drawn from ANSUR II's statistics"
-        ),
+        population="open population: drawn from ANSUR II's statistics, bodies made with Anny 0.6.2",
+        seed=population.seed,
+        date=population.date,
         basis=load_shape_basis(),
         template=load_template_mesh(),
     )
