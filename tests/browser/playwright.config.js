@@ -26,7 +26,9 @@ export default defineConfig({
   outputDir: path.join(root, "test-results"),
   reporter: "list",
   workers: 1,
-  timeout: 60_000,
+  // Generous, for a machine that draws without a graphics card and does other things besides.
+  timeout: 120_000,
+  expect: { timeout: 15_000 },
   forbidOnly: Boolean(process.env.CI),
   use: {
     baseURL,

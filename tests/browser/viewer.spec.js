@@ -2,6 +2,9 @@
 
 import { difference, drawn, enter, expect, look, openAvatar, ready, test } from "./site.js";
 
+// Small, since every picture is drawn and compared without a graphics card.
+test.use({ viewport: { width: 700, height: 560 } });
+
 const view = (page, name) => page.locator(`button[data-view="${name}"]`);
 const canvas = (page) => page.locator("#viewer canvas");
 
