@@ -29,6 +29,7 @@ a tenth of fat to nearly a half it goes from about 1,030 to 980.
 """
 
 UP = np.array([0.0, 1.0, 0.0])
+LEFT = np.array([1.0, 0.0, 0.0])
 
 REACH = 0.75
 """How far beyond its span a tape's edges are kept, as a share of its axis. A part's skin lies
@@ -65,7 +66,8 @@ class Girth:
     start, stop : the mean points of these landmarks span the axis along which planes lie.
     span : from where to where planes are tried, as fractions of the way from start to stop.
     pick : which of the planes counts.
-    level : planes are level; otherwise perpendicular to the axis.
+    cut : how planes lie: level; across, perpendicular to the axis; or slanted, along the
+        line from the first landmark of start and stop (at the back) to the last (in front).
     planes : how many are tried.
     """
 
@@ -74,13 +76,13 @@ class Girth:
     stop: Landmarks
     span: tuple[float, float]
     pick: Literal["widest", "narrowest"]
-    level: bool = True
+    cut: Literal["level", "across", "slanted"] = "level"
     planes: int = 17
 
     def hulls(
         self, template: TemplateMesh, vertices: Floats
     ) -> tuple[geometry.Hulls, Integers, Floats]:
-        """The hulls at every plane, the chosen row of each body, and the planes' normals.
+        """The hulls at every plane, the chosen row of each body, and its plane's normal.
 
         Parameters
         ----------
@@ -90,25 +92,38 @@ class Girth:
         -------
         hulls : rows run over bodies, then planes.
         chosen : ndarray of shape (B,), the row that counts.
-        normals : ndarray of shape (B, 3).
+        normals : ndarray of shape (B, 3), the normal of the chosen plane.
         """
         indices, edges = _cut_edges(template, self)
         start = template.landmark_points(vertices, *self.start)
-        stop = template.landmark_points(vertices, *self.stop)
-        axis = stop - start
-        if self.level:
-            normals = np.broadcast_to(UP, axis.shape)
-        else:
-            normals = axis / np.linalg.norm(axis, axis=1, keepdims=True)
-        fractions = self.fractions()
-        origins = start[:, None] + fractions[:, None] * axis[:, None]
+        axis = template.landmark_points(vertices, *self.stop) - start
+        origins = start[:, None] + self.fractions()[:, None] * axis[:, None]
+        normals = self._normals(template, vertices, axis)
         hulls = geometry.section_hulls(vertices[:, indices], edges, origins, normals)
         girths = hulls.perimeters.reshape(len(vertices), -1)
         best = girths.argmax(axis=1) if self.pick == "widest" else girths.argmin(axis=1)
-        return hulls, np.arange(len(vertices)) * len(fractions) + best, normals
+        bodies = np.arange(len(vertices))
+        return hulls, bodies * self.planes + best, normals[bodies, best]
 
     def fractions(self) -> Floats:
+        """Where planes are tried, as shares of the way from start to stop: (planes,)."""
         return np.linspace(*self.span, self.planes)
+
+    def _normals(self, template: TemplateMesh, vertices: Floats, axis: Floats) -> Floats:
+        """The unit normals of all planes: (B, planes, 3)."""
+        if self.cut == "level":
+            return np.broadcast_to(UP, (len(vertices), self.planes, 3))
+        if self.cut == "across":
+            normals = np.repeat(axis[:, None], self.planes, axis=1)
+        else:
+            low, high = (
+                template.landmark_points(vertices, ends[-1])
+                - template.landmark_points(vertices, ends[0])
+                for ends in (self.start, self.stop)
+            )
+            forward = low[:, None] + self.fractions()[:, None] * (high - low)[:, None]
+            normals = np.cross(forward, LEFT)
+        return normals / np.linalg.norm(normals, axis=2, keepdims=True)
 
     def read(self, template: TemplateMesh, vertices: Floats) -> Floats:
         hulls, chosen, _ = self.hulls(template, vertices)
@@ -272,25 +287,25 @@ TAPES: Mapping[str, Tape] = {
         ("torso",), ("omphalion",), ("underbust",), (0.0, 0.6), "narrowest", planes=21
     ),
     "bust_girth": Girth(
-        ("torso",), ("thelion_left", "thelion_right"), ("underbust",), (-0.15, 0.5), "widest"
+        ("torso",), ("thelion_left", "thelion_right"), ("underbust",), (0.0, 0.5), "widest"
     ),
     "hip_girth": Girth(
-        ("torso", "upper_leg"), ("crotch",), ("omphalion",), (0.1, 0.6), "widest", planes=25
+        ("torso", "upper_leg"), ("crotch",), ("omphalion",), (0.18, 0.6), "widest", planes=21
     ),
     "neck_girth": Girth(
-        ("head_neck",),
+        ("head_neck", "torso"),
         ("cervicale", "neck_front"),
         ("nape", "throat"),
-        (0.4, 1.0),
+        (0.0, 0.9),
         "narrowest",
-        level=False,
+        cut="slanted",
     ),
-    "thigh_girth": Girth(THIGH, LEFT_HIP, LEFT_KNEE, (0.0, 0.2), "widest", level=False),
+    "thigh_girth": Girth(THIGH, LEFT_HIP, LEFT_KNEE, (0.0, 0.1), "widest", cut="across"),
     # About the navel, where the belly is fullest; further down it would read the hips.
     "abdomen_girth": Girth(
         ("torso", "upper_leg"), ("omphalion",), ("underbust",), (-0.1, 0.2), "widest"
     ),
-    "mid_thigh_girth": Girth(THIGH, LEFT_HIP, LEFT_KNEE, (0.35, 0.6), "narrowest", level=False),
+    "mid_thigh_girth": Girth(THIGH, LEFT_HIP, LEFT_KNEE, (0.35, 0.6), "narrowest", cut="across"),
     "inseam_height": Height(("crotch",), ("lateral_malleolus_left",)),
     "foot_height": Height(("lateral_malleolus_left",)),
 }
@@ -364,7 +379,7 @@ def _cut_edges(template: TemplateMesh, tape: Girth) -> tuple[Integers, Integers]
     edges = geometry.edges_of(template.faces[template.faces_of(*tape.parts)])
     start = template.landmark_points(template.vertices, *tape.start)
     axis = template.landmark_points(template.vertices, *tape.stop) - start
-    normal = UP * np.sign(axis[1]) if tape.level else axis / np.linalg.norm(axis)
+    normal = UP * np.sign(axis[1]) if tape.cut == "level" else axis / np.linalg.norm(axis)
     stations = (template.vertices - start) @ normal / (axis @ normal)
     low, high = stations[edges].min(axis=1), stations[edges].max(axis=1)
     edges = edges[(high > tape.span[0] - REACH) & (low < tape.span[1] + REACH)]

@@ -115,7 +115,7 @@ def section_hulls(vertices: Floats, edges: Integers, origins: Floats, normals: F
     vertices : ndarray of shape (B, V, 3).
     edges : ndarray of shape (E, 2), the edges to be cut.
     origins : ndarray of shape (B, P, 3), a point of each plane.
-    normals : ndarray of shape (B, 3), the unit normal of each mesh's planes.
+    normals : ndarray of shape (B, P, 3), the unit normal of each plane.
 
     Returns
     -------
@@ -123,8 +123,8 @@ def section_hulls(vertices: Floats, edges: Integers, origins: Floats, normals: F
     """
     planes = origins.shape[1]
     row_count = len(vertices) * planes
-    heights = np.einsum("bvi,bi->bv", vertices, normals)[:, None]
-    heights = heights - np.einsum("bpi,bi->bp", origins, normals)[..., None]
+    heights = normals @ vertices.transpose(0, 2, 1)
+    heights -= np.einsum("bpi,bpi->bp", origins, normals)[..., None]
     heights = heights.reshape(row_count, -1)
     above = heights > 0
     rows, cut = np.nonzero(above[:, edges[:, 0]] != above[:, edges[:, 1]])
@@ -142,11 +142,11 @@ def section_hulls(vertices: Floats, edges: Integers, origins: Floats, normals: F
         / np.maximum(counts, 1)[:, None]
     )
     offsets = points - centres[rows]
-    right, up = _plane_axes(normals)
+    right, up = _plane_axes(normals.reshape(-1, 3))
     flat = np.stack(
         [
-            np.einsum("ni,ni->n", offsets, right[rows // planes]),
-            np.einsum("ni,ni->n", offsets, up[rows // planes]),
+            np.einsum("ni,ni->n", offsets, right[rows]),
+            np.einsum("ni,ni->n", offsets, up[rows]),
         ],
         axis=1,
     )
@@ -175,7 +175,7 @@ def section_hulls(vertices: Floats, edges: Integers, origins: Floats, normals: F
 
 
 def _plane_axes(normals: Floats) -> tuple[Floats, Floats]:
-    """Two unit axes of each plane, (B, 3) each; right-handed with the normal."""
+    """Two unit axes of each plane, (R, 3) each; right-handed with the normal."""
     least = np.argmin(np.abs(normals), axis=1)
     right = np.cross(np.eye(3)[least], normals)
     right /= np.linalg.norm(right, axis=1, keepdims=True)

@@ -102,31 +102,6 @@ class TemplateMesh:
         indices, weights = self.landmark_weights(*names)
         return np.einsum("...vi,v->...i", vertices[..., indices, :], weights)
 
-    def garment_faces(self, kind: BodyKind) -> Booleans:
-        """Which faces the plain underwear covers: ndarray of shape (F,).
-
-        Briefs for everybody; a band over the chest too, except for the male body. The
-        edges follow planes through landmarks of the mean body, so that they lie on the
-        same triangles on every body.
-        """
-        centres = self.vertices[self.faces].mean(axis=1)
-        mean = self.vertices
-        crotch = self.landmark_points(mean, "crotch")[1]
-        navel = self.landmark_points(mean, "omphalion")[1]
-        breast = self.landmark_points(mean, "thelion_left", "thelion_right")[1]
-        underbust = self.landmark_points(mean, "underbust")[1]
-        armpit = self.landmark_points(mean, "axilla_left", "axilla_right")[1]
-        lower = self.faces_of("torso", "upper_leg")
-        # A leg opening rises from the crotch to the outside of the hip.
-        leg_line = crotch - 0.035 + 0.55 * np.maximum(np.abs(centres[:, 0]) - 0.06, 0)
-        briefs = lower & (centres[:, 1] > leg_line)
-        briefs &= centres[:, 1] < crotch + 0.62 * (navel - crotch)
-        if kind == "male":
-            return briefs
-        half_breast = breast - underbust
-        band = self.faces_of("torso") & (centres[:, 1] > underbust - 0.3 * half_breast)
-        return briefs | (band & (centres[:, 1] < armpit + 0.1 * half_breast))
-
 
 @dataclass(frozen=True, eq=False)
 class Body:

@@ -57,14 +57,14 @@ def tube() -> TemplateMesh:
 
 
 def test_a_girth_across_its_axis_reads_the_tube(tube: TemplateMesh) -> None:
-    girth = Girth(("tube",), ("foot",), ("head",), (0.3, 0.7), "widest", level=False)
+    girth = Girth(("tube",), ("foot",), ("head",), (0.3, 0.7), "widest", cut="across")
     expected = 2 * 64 * 0.2 * np.sin(np.pi / 64)
     assert girth.read(tube, tube.vertices[None])[0] == pytest.approx(expected, abs=1e-9)
 
 
 def test_a_level_girth_reads_the_slanted_cut(tube: TemplateMesh) -> None:
-    across = Girth(("tube",), ("foot",), ("head",), (0.5, 0.5), "widest", level=False, planes=1)
-    level = replace(across, level=True)
+    across = Girth(("tube",), ("foot",), ("head",), (0.5, 0.5), "widest", cut="across", planes=1)
+    level = replace(across, cut="level")
     straight, slanted = (g.read(tube, tube.vertices[None])[0] for g in (across, level))
     axis = tube.landmark_points(tube.vertices, "head") - tube.landmark_points(tube.vertices, "foot")
     stretch = np.linalg.norm(axis) / abs(axis[1])
@@ -192,6 +192,7 @@ def test_a_tiny_change_of_the_body_changes_little(bodies: list[Body], name: str)
 def test_gradients_are_difference_quotients(bodies: list[Body], name: str) -> None:
     body = bodies[4]
     tape = TAPES[name]
+    # The tilt of a tape across a limb is held, which costs up to a twentieth.
     value, (indices, slopes) = tape.gradient(body.template, body.vertices)
     assert value == pytest.approx(tape.read(body.template, body.vertices[None])[0])
     # A smooth bulge that leaves the soles, the crown and the limbs' axes nearly in place.
@@ -201,7 +202,7 @@ def test_gradients_are_difference_quotients(bodies: list[Body], name: str) -> No
     pair = np.stack([body.vertices + step * direction, body.vertices - step * direction])
     forth, back = tape.read(body.template, pair)
     slope = (forth - back) / (2 * step)
-    assert np.sum(slopes * direction[indices]) == pytest.approx(slope, rel=0.03, abs=1e-6)
+    assert np.sum(slopes * direction[indices]) == pytest.approx(slope, rel=0.05, abs=1e-6)
 
 
 def test_no_tape_loses_an_edge_that_it_meets(bodies: list[Body], monkeypatch) -> None:

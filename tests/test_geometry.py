@@ -27,7 +27,7 @@ def hulls_of(mesh: trimesh.Trimesh, origin, normal) -> geometry.Hulls:
         mesh.vertices[None].view(np.ndarray),
         geometry.edges_of(mesh.faces),
         np.asarray([[origin]], dtype=float),
-        normal[None],
+        normal[None, None],
     )
 
 
@@ -94,7 +94,7 @@ def test_the_perimeters_gradient_is_its_difference_quotient() -> None:
     origin = np.array([0, 0.123, 0])
 
     def girth(moved, at):
-        return geometry.section_hulls(moved[None], edges, at[None, None], normal[None])
+        return geometry.section_hulls(moved[None], edges, at[None, None], normal[None, None])
 
     hulls = girth(vertices, origin)
     indices, gradient, by_offset = geometry.perimeter_gradient(hulls, 0, vertices, edges, normal)

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 import trimesh
 
-from model.measurements import BODY_KINDS
 from model.template_mesh import TemplateMesh, load_template_mesh
 
 
@@ -75,13 +74,3 @@ def test_parts_of_both_sides_can_be_named_together(template: TemplateMesh) -> No
 def test_an_unknown_part_is_refused(template: TemplateMesh) -> None:
     with pytest.raises(ValueError, match="no part 'tail'"):
         template.faces_of("tail")
-
-
-@pytest.mark.parametrize("kind", BODY_KINDS)
-def test_the_underwear_covers_what_it_should(template: TemplateMesh, kind) -> None:
-    covered = template.garment_faces(kind)
-    for name in ("crotch", "buttock_point_left", "buttock_point_right"):
-        assert covered[template.landmarks[name].face], name
-    assert covered[template.landmarks["thelion_left"].face] == (kind != "male")
-    for name in ("omphalion", "midpatella_left", "glabella", "stylion_left"):
-        assert not covered[template.landmarks[name].face], name

@@ -54,16 +54,16 @@ SURVEY_TAPES: Mapping[str, Tape] = {
         _KNEE,
         (0.86, 0.86),
         "narrowest",
-        level=False,
+        cut="across",
         planes=1,
     ),
-    "calfcircumference": Girth(_LEG, _KNEE, _ANKLE, (0.15, 0.5), "widest", level=False, planes=13),
+    "calfcircumference": Girth(_LEG, _KNEE, _ANKLE, (0.15, 0.5), "widest", cut="across", planes=13),
     "anklecircumference": Girth(
-        _LEG, _KNEE, _ANKLE, (0.75, 0.97), "narrowest", level=False, planes=13
+        _LEG, _KNEE, _ANKLE, (0.75, 0.97), "narrowest", cut="across", planes=13
     ),
     "neckcircumference": TAPES["neck_girth"],
     "bicepscircumferenceflexed": Girth(
-        ("upper_arm_left",), _SHOULDER, _ELBOW, (0.35, 0.75), "widest", level=False, planes=9
+        ("upper_arm_left",), _SHOULDER, _ELBOW, (0.35, 0.75), "widest", cut="across", planes=9
     ),
     "forearmcircumferenceflexed": Girth(
         ("upper_arm_left", "lower_arm_left"),
@@ -71,11 +71,11 @@ SURVEY_TAPES: Mapping[str, Tape] = {
         _WRIST,
         (0.0, 0.45),
         "widest",
-        level=False,
+        cut="across",
         planes=9,
     ),
     "wristcircumference": Girth(
-        _FOREARM, _ELBOW, _WRIST, (0.85, 1.0), "narrowest", level=False, planes=7
+        _FOREARM, _ELBOW, _WRIST, (0.85, 1.0), "narrowest", cut="across", planes=7
     ),
     "headcircumference": Girth(
         ("head_neck",), ("glabella",), ("vertex",), (0.0, 0.4), "widest", planes=9
