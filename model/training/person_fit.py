@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from model.anthropometry import Gradient, read_tapes
+from model.anthropometry import Gradient
 from model.geometry import Floats
 from model.template_mesh import TemplateMesh
 from model.training.anny_population import ANCESTRIES, PHENOTYPES, BlendShapes
@@ -67,6 +67,10 @@ Directions = tuple[NDArray[np.float32], NDArray[np.float32]]
 """How vertices move with each slider and each local change, (sliders, V, 3), (changes, V, 3)."""
 
 LONGEST_STEP = 0.6
+STEP_HALVINGS = 4
+LEAST_GAIN = 0.01
+"""A round that lowers the cost by a smaller share is the last."""
+
 ROUNDS = 8
 
 
@@ -151,41 +155,43 @@ def fit_body(shapes: BlendShapes, template: TemplateMesh, asked: Floats, draw: D
     asked : ndarray of shape (C,), SI units, in the order of `SURVEY_TAPES`.
     """
     goal, allowed = targets(asked), tolerances()
-    tapes = list(SURVEY_TAPES.values())
 
     def cost_of(parameters: Floats, taken: Floats) -> float:
         misses, pull = (taken - goal) / allowed, (parameters - draw.start) / draw.spread
         return float(misses @ misses + pull @ pull)
 
-    parameters = draw.start
-    vertices, directions = _deform(shapes, draw.fixed, parameters)
+    best = draw.start
+    vertices, directions = _deform(shapes, draw.fixed, best)
+    taken, gradients = _read(template, vertices)
+    cost = cost_of(best, taken)
     for _ in range(ROUNDS):
-        readings = [tape.gradient(template, vertices) for tape in tapes]
-        taken = np.array([value for value, _ in readings])
-        cost = cost_of(parameters, taken)
-        jacobian = _by_parameters([g for _, g in readings], directions)
+        jacobian = _by_parameters(gradients, directions)
         solution = lsq_linear(
             np.concatenate([jacobian / allowed[:, None], np.diag(1 / draw.spread)]),
-            np.concatenate([(goal - taken) / allowed, (draw.start - parameters) / draw.spread]),
-            bounds=(draw.low - parameters - 1e-12, draw.high - parameters + 1e-12),
+            np.concatenate([(goal - taken) / allowed, (draw.start - best) / draw.spread]),
+            bounds=(draw.low - best - 1e-12, draw.high - best + 1e-12),
             method="bvls",
         )
         step = solution.x * min(1.0, LONGEST_STEP / max(float(np.abs(solution.x).max()), 1e-9))
-        for _ in range(4):
-            tried = parameters + step
-            vertices, directions = _deform(shapes, draw.fixed, tried)
-            now = read_tapes(template, vertices[None], tapes)[0]
-            if cost_of(tried, now) < cost:
+        before = cost
+        for _ in range(STEP_HALVINGS):
+            tried, tried_directions = _deform(shapes, draw.fixed, best + step)
+            now, tried_gradients = _read(template, tried)
+            if cost_of(best + step, now) < cost:
+                best, vertices, directions = best + step, tried, tried_directions
+                taken, gradients = now, tried_gradients
+                cost = cost_of(best, taken)
                 break
             step = step * 0.35
-        else:
-            vertices, directions = _deform(shapes, draw.fixed, parameters)
+        if before - cost < LEAST_GAIN * before:
             break
-        improvement = cost - cost_of(tried, now)
-        parameters, taken = tried, now
-        if improvement < 0.01 * cost:
-            break
-    return FittedBody(_placed(vertices), taken, parameters)
+    return FittedBody(_placed(vertices), taken, best)
+
+
+def _read(template: TemplateMesh, vertices: Floats) -> tuple[Floats, list[Gradient]]:
+    """What a body measures, and the derivatives by its vertices, tape by tape."""
+    readings = [tape.gradient(template, vertices) for tape in SURVEY_TAPES.values()]
+    return np.array([value for value, _ in readings]), [gradient for _, gradient in readings]
 
 
 def _deform(
