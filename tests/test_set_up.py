@@ -187,7 +187,8 @@ def test_make_alone_lists_every_command():
 def test_the_server_is_the_one_of_the_procfile():
     procfile = (ROOT / "Procfile").read_text()
     assert re.match(
-        r"web: gunicorn .*--worker-class gthread .*--preload .*'webapp:create_app\(\)'", procfile
+        r"web: .*\bgunicorn .*--worker-class gthread .*--preload .*'webapp:create_app\(\)'",
+        procfile,
     )
     assert "Procfile" in (ROOT / "Makefile").read_text()
 
