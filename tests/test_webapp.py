@@ -6,6 +6,9 @@ import re
 import pytest
 from conftest import SETTINGS, text
 from flask import abort
+from gunicorn.config import Config
+from gunicorn.http import errors as gunicorn_errors
+from gunicorn.http.parser import RequestParser
 
 from webapp import create_app, environment
 
@@ -130,6 +133,92 @@ def test_a_refused_request_is_heard_out(client):
     )
     assert response.status_code == 415
     assert content.read() == b""
+
+
+class Broken(io.BytesIO):
+    """A request's body that turns out to be malformed, told as servers tell it."""
+
+    def __init__(self, start, error):
+        super().__init__(start)
+        self.error = error
+
+    def read(self, size=-1):
+        if content := super().read(size):
+            return content
+        raise self.error
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        gunicorn_errors.ChunkMissingTerminator(b"fgh"),
+        gunicorn_errors.InvalidChunkSize(b"zz"),
+        gunicorn_errors.NoMoreData(b""),
+        gunicorn_errors.InvalidHeader("trailer"),
+        ConnectionResetError(),
+        TimeoutError(),
+    ],
+    ids=lambda error: type(error).__name__,
+)
+@pytest.mark.parametrize("start", [b"", b"{}", b"stature=168&body=male&"])
+@pytest.mark.parametrize(
+    ("path", "content_type"),
+    [
+        ("/", "application/x-www-form-urlencoded"),
+        ("/", "multipart/form-data; boundary=a"),
+        ("/forget", "application/x-www-form-urlencoded"),
+        ("/api/v1/avatars", "application/json"),
+        ("/api/v1/avatars.glb", "application/json"),
+    ],
+)
+def test_a_body_that_cannot_be_read_is_a_bad_request(client, path, content_type, start, error):
+    response = client.post(
+        path,
+        input_stream=Broken(start, error),
+        content_type=content_type,
+        environ_overrides={"wsgi.input_terminated": True},
+    )
+    assert response.status_code == 400
+    if path.startswith("/api/"):
+        assert response.mimetype == "application/problem+json"
+        assert response.json["status"] == 400
+
+
+@pytest.mark.parametrize(
+    ("path", "content_type", "status"),
+    [("/api/v1/avatars", "text/plain", 415), ("/nothing", "text/plain", 404)],
+)
+def test_a_refused_body_that_cannot_be_read_is_heard_to_where_it_breaks(
+    client, path, content_type, status
+):
+    response = client.post(
+        path,
+        input_stream=Broken(b" " * 100_000, gunicorn_errors.ChunkMissingTerminator(b"fgh")),
+        content_type=content_type,
+        environ_overrides={"wsgi.input_terminated": True},
+    )
+    assert response.status_code == status
+
+
+@pytest.mark.parametrize(
+    ("path", "content_type"),
+    [("/", "application/x-www-form-urlencoded"), ("/api/v1/avatars", "application/json")],
+)
+@pytest.mark.parametrize(
+    "chunks",
+    [b"zz\r\n", b"5\r\nabcdefgh\r\n", b"2\r\n{}\r\n0\r\na trailer\r\n\r\n", b"9\r\n{}", b""],
+)
+def test_malformed_chunks_are_a_bad_request_with_the_server_that_we_run(
+    client, path, content_type, chunks
+):
+    head = f"POST {path} HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n"
+    received = next(RequestParser(Config(), [head.encode() + chunks], ("127.0.0.1", 1)))
+    response = client.post(
+        path,
+        content_type=content_type,
+        environ_overrides={"wsgi.input": received.body, "wsgi.input_terminated": True},
+    )
+    assert response.status_code == 400
 
 
 def test_our_own_failure_is_told_without_its_cause(make_site):

@@ -1,19 +1,21 @@
 """The Fitting Room's site: reads requests, calls the model, writes responses."""
 
+import contextlib
 import functools
 import hashlib
+import io
 import os
 import secrets
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import IO, TYPE_CHECKING, Any
 
 from flask import Flask, jsonify, render_template, request, url_for
 from flask.json.provider import DefaultJSONProvider
 from flask_limiter import Limiter, RateLimitExceeded
 from flask_limiter.util import get_remote_address
 from flask_wtf import CSRFProtect
-from werkzeug.exceptions import HTTPException, ServiceUnavailable
+from werkzeug.exceptions import BadRequest, HTTPException, ServiceUnavailable
 from werkzeug.middleware.proxy_fix import ProxyFix
 from werkzeug.wrappers import Response
 
@@ -21,6 +23,9 @@ from model.estimators import load_estimators
 from model.rendering import RenderingUnavailable
 from webapp import api, avatars, units, wizard
 from webapp.forms import Refused
+
+if TYPE_CHECKING:
+    from _typeshed.wsgi import StartResponse, WSGIApplication, WSGIEnvironment
 
 ROOT = Path(__file__).parent.parent
 
@@ -57,6 +62,28 @@ YEAR = 365 * 24 * 60 * 60
 """Seconds."""
 
 
+class CarefulInput(io.RawIOBase):
+    """A request's body, of which a part that cannot be read is the sender's fault.
+
+    Servers tell broken chunks and lost connections by exceptions of their own.
+    """
+
+    def __init__(self, given: IO[bytes]) -> None:
+        super().__init__()
+        self.given = given
+
+    def readable(self) -> bool:
+        return True
+
+    def readinto(self, buffer: bytearray) -> int:  # type: ignore[override]
+        try:
+            content = self.given.read(len(buffer))
+        except Exception as error:
+            raise BadRequest("The request's body is broken.") from error
+        buffer[: len(content)] = content
+        return len(content)
+
+
 class InTheirOrder(DefaultJSONProvider):
     """JSON whose members stay in the order in which they are made."""
 
@@ -88,6 +115,7 @@ def create_app(settings: Mapping[str, Any] | None = None) -> Flask:
             app.wsgi_app, x_for=hops, x_proto=hops, x_host=hops
         )
 
+    app.wsgi_app = careful_reading(app.wsgi_app)  # type: ignore[method-assign, assignment]
     app.json = InTheirOrder(app)
 
     app.extensions["estimators"] = load_estimators()
@@ -174,12 +202,23 @@ def no_picture(error: RenderingUnavailable) -> Response:
     return failed(ServiceUnavailable(f"Pictures cannot be drawn on this server: {error}"))
 
 
+def careful_reading(wsgi_app: "WSGIApplication") -> "WSGIApplication":
+    """The same application, which reads requests' bodies as `CarefulInput`."""
+
+    def careful(environ: "WSGIEnvironment", start_response: "StartResponse") -> Iterable[bytes]:
+        environ["wsgi.input"] = CarefulInput(environ["wsgi.input"])
+        return wsgi_app(environ, start_response)
+
+    return careful
+
+
 def hear_out(response: Response) -> Response:
     """Read what a refused request still sends: who is cut off while sending hears no answer."""
     if response.status_code >= 400 and "wsgi.input_terminated" in request.environ:
         left = HEARD_OUT
-        while left > 0 and (content := request.environ["wsgi.input"].read(PIECE)):
-            left -= len(content)
+        with contextlib.suppress(BadRequest):
+            while left > 0 and (content := request.environ["wsgi.input"].read(PIECE)):
+                left -= len(content)
     return response
 
 
