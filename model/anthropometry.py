@@ -22,10 +22,10 @@ from model.template_mesh import Body, TemplateMesh
 BODY_DENSITY = 1000.0
 """Mass over volume of the closed body, lungs included, in kg/m³.
 
-Siri (1961, *Body composition from fluid spaces and density*): fat 900.7 and lean 1,100
-kg/m³, so 1,042 at a quarter of fat. Some 3.3 litres of air in the chest of a body of 75 kg
-(thoracic gas volume as in McCrory et al. 1998, *J. Appl. Physiol.* 84) make that 996. From
-a tenth of fat to nearly a half it goes from about 1,030 to 980.
+Siri (1961, *Body composition from fluid spaces and density*): fat 900 and lean 1,100 kg/m³,
+so 1,042 at a quarter of fat. Some 3.3 litres of air in the chest (thoracic gas volume, about
+that of McCrory et al. 1998, *J. Appl. Physiol.* 84) make that 996 in a body of 75 kg. By the
+same reckoning it is 1,024 for 70 kg with a tenth of fat, and 973 for 120 kg with 45 %.
 """
 
 UP = np.array([0.0, 1.0, 0.0])
@@ -47,8 +47,8 @@ class Tape(Protocol):
         """Values of a batch: vertices of shape (B, V, 3) in metres; returns (B,), SI."""
         ...
 
-    def path(self, template: TemplateMesh, vertices: Floats) -> Floats:
-        """Where the tape runs on one body, vertices of shape (V, 3): returns (n, 3), metres."""
+    def take(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Floats]:
+        """The value of one body, vertices of shape (V, 3), and where the tape runs: (n, 3)."""
         ...
 
     def gradient(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Gradient]:
@@ -129,9 +129,11 @@ class Girth:
         hulls, chosen, _ = self.hulls(template, vertices)
         return hulls.perimeters[chosen]
 
-    def path(self, template: TemplateMesh, vertices: Floats) -> Floats:
+    def take(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Floats]:
+        """The girth and its closed loop, whose first point is not repeated."""
         hulls, chosen, _ = self.hulls(template, vertices[None])
-        return hulls.loop(int(chosen[0]))
+        row = int(chosen[0])
+        return float(hulls.perimeters[row]), hulls.loop(row)
 
     def gradient(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Gradient]:
         """As in `Tape`; the plane moves with its landmarks, its normal is held."""
@@ -170,10 +172,10 @@ class Height:
     def read(self, template: TemplateMesh, vertices: Floats) -> Floats:
         return self._ends(template, vertices, 0)[:, 1] - self._ends(template, vertices, 1)[:, 1]
 
-    def path(self, template: TemplateMesh, vertices: Floats) -> Floats:
-        """A vertical line through the upper end."""
+    def take(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Floats]:
+        """The height and a vertical line through its upper end."""
         top, bottom = (self._ends(template, vertices[None], end)[0] for end in (0, 1))
-        return np.array([top, [top[0], bottom[1], top[2]]])
+        return float(top[1] - bottom[1]), np.array([top, [top[0], bottom[1], top[2]]])
 
     def gradient(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Gradient]:
         pieces = []
@@ -207,10 +209,12 @@ class Span:
     def read(self, template: TemplateMesh, vertices: Floats) -> Floats:
         return np.linalg.norm(self._between(template, vertices), axis=-1)
 
-    def path(self, template: TemplateMesh, vertices: Floats) -> Floats:
-        return np.array(
+    def take(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Floats]:
+        """The distance and its two ends."""
+        ends = np.array(
             [template.landmark_points(vertices, end) for end in (self.start, self.stop)]
         )
+        return float(np.linalg.norm(ends[1] - ends[0])), ends
 
     def gradient(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Gradient]:
         between = self._between(template, vertices)
@@ -240,9 +244,11 @@ class Extent:
         hulls, chosen, _ = self.girth.hulls(template, vertices)
         return np.array([np.ptp(hulls.loop(row)[:, self.axis]) for row in chosen.tolist()])
 
-    def path(self, template: TemplateMesh, vertices: Floats) -> Floats:
-        loop = self.girth.path(template, vertices)
-        return loop[[loop[:, self.axis].argmin(), loop[:, self.axis].argmax()]]
+    def take(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Floats]:
+        """The extent and the two points that lie furthest apart."""
+        _, loop = self.girth.take(template, vertices)
+        along = loop[:, self.axis]
+        return float(np.ptp(along)), loop[[along.argmin(), along.argmax()]]
 
     def gradient(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Gradient]:
         """As in `Tape`; the two ends slide with the plane no more than their edges do."""
@@ -266,9 +272,9 @@ class Mass:
     def read(self, template: TemplateMesh, vertices: Floats) -> Floats:
         return BODY_DENSITY * geometry.volume(vertices, template.faces)
 
-    def path(self, template: TemplateMesh, vertices: Floats) -> Floats:  # noqa: ARG002
-        """A scale has no tape: an empty path, of shape (0, 3)."""
-        return np.zeros((0, 3))
+    def take(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Floats]:
+        """The mass; a scale has no tape, so the path is empty, of shape (0, 3)."""
+        return float(self.read(template, vertices[None])[0]), np.zeros((0, 3))
 
     def gradient(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Gradient]:
         slopes = BODY_DENSITY * geometry.volume_gradient(vertices, template.faces)
@@ -330,12 +336,26 @@ class Measured:
     paths: Mapping[str, Floats]
 
 
+class ImpossibleBodyError(ValueError):
+    """A surface that no person has: turned inside out, or cut by no tape."""
+
+
 def measure(body: Body) -> Measured:
-    """Takes every measurement of one body, with the path of each tape."""
-    values = measure_batch(body.template, body.vertices[None])[0]
+    """Takes every measurement of one body, with the path of each tape.
+
+    Raises
+    ------
+    ImpossibleBodyError
+        For a body with a measurement that is not positive. Values that contradict each
+        other strongly can make the linear estimate such a body.
+    """
+    readings = {name: TAPES[name].take(body.template, body.vertices) for name in TAKEN}
+    for name, (value, _) in readings.items():
+        if not value > 0:
+            raise ImpossibleBodyError(f"the body has no {name}")
     return Measured(
-        values=MeasurementSet(dict(zip(TAKEN, values.tolist(), strict=True))),
-        paths={name: TAPES[name].path(body.template, body.vertices) for name in TAKEN},
+        values=MeasurementSet({name: value for name, (value, _) in readings.items()}),
+        paths={name: path for name, (_, path) in readings.items()},
     )
 
 

@@ -17,6 +17,7 @@ from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
 from sklearn.utils import Tags, assert_all_finite
 from sklearn.utils.validation import check_is_fitted, validate_data
 
+from model.anthropometry import TAKEN
 from model.geometry import Floats
 from model.measurements import BODY_KINDS, MEASUREMENTS, BodyKind, MeasurementSet
 from model.shape_basis import ShapeBasis, load_shape_basis
@@ -128,13 +129,6 @@ class LinearBodyEstimator(MultiOutputMixin, RegressorMixin, BaseEstimator):
         use = self._columns(known)
         return self._solve(self.cross_moments_[:, use], use)
 
-    def residual_covariance(self, known: Any) -> Floats:
-        """How the measurements vary once some are known: ndarray of shape (m, m)."""
-        use = self._columns(known)
-        across = self.moments_[1:, use]
-        residual: Floats = self.moments_[1:, 1:] - self._solve(across, use) @ across.T
-        return residual
-
     def _columns(self, known: Any) -> Any:
         return np.flatnonzero(np.concatenate([[self.fit_intercept], known]))
 
@@ -157,6 +151,8 @@ class Estimator:
     kind : the kind of body it estimates.
     names : the measurements that it knows, in the order of the learned columns.
     linear : the learned law.
+    log_covariance : ndarray of shape (m, m), of the measurements' logarithms, each body
+        weighted as the survey's people would be.
     limits : by measurement, the least and the most that an adult may plausibly be, SI.
     population : what bodies the law was learned from, for people to read.
     seed, date : of that population.
@@ -166,6 +162,7 @@ class Estimator:
     kind: BodyKind
     names: tuple[str, ...]
     linear: LinearBodyEstimator
+    log_covariance: Floats
     limits: Mapping[str, tuple[float, float]]
     population: str
     seed: int
@@ -194,72 +191,88 @@ class Estimator:
     ) -> dict[str, tuple[float, float]]:
         """Where four of five people's values lie who share the asked ones.
 
-        The range of a value that was asked is the taken value itself.
+        Ratios to the taken value are what is alike among slight and heavy people, so that
+        spread is reckoned in logarithms: normal, given those of the asked values. The
+        range of a value that was asked is the taken value itself.
         """
         known = np.array([name in asked for name in self.names])
-        spread = np.sqrt(np.maximum(np.diag(self.linear.residual_covariance(known)), 0))
-        reach = norm.ppf((1 + RANGE_SHARE) / 2) * spread
+        across = self.log_covariance[:, known]
+        explained = across @ np.linalg.pinv(
+            self.log_covariance[np.ix_(known, known)], hermitian=True
+        )
+        left = np.diag(self.log_covariance) - np.einsum("ij,ij->i", explained, across)
+        reach = np.exp(norm.ppf((1 + RANGE_SHARE) / 2) * np.sqrt(np.maximum(left, 0)))
         return {
             name: (taken[name],) * 2
             if name in asked
-            else (taken[name] - reach[i], taken[name] + reach[i])
+            else (taken[name] / reach[i], taken[name] * reach[i])
             for i, name in enumerate(self.names)
         }
 
     def save(self, path: Path) -> None:
         """Writes everything but the shared basis and template; no pickle."""
+        part = path.with_name(f"part-{path.name}")
         np.savez(
-            path,
+            part,
             kind=self.kind,
             names=np.array(self.names),
+            units=np.array([MEASUREMENTS[name].unit for name in self.names]),
+            fit_intercept=self.linear.fit_intercept,
             moments=self.linear.moments_,
             cross_moments=self.linear.cross_moments_,
             count=self.linear.count_,
+            log_covariance=self.log_covariance,
             limits=np.array([self.limits[name] for name in self.names]),
-            units=np.array([MEASUREMENTS[name].unit for name in self.names]),
             population=self.population,
             seed=self.seed,
             date=self.date,
+            basis=self.basis.fingerprint,
         )
+        part.replace(path)
 
 
-def load_estimator(
-    path: Path, basis: ShapeBasis | None = None, template: TemplateMesh | None = None
-) -> Estimator:
+def load_estimator(path: Path) -> Estimator:
     """Reads an estimator's file.
 
     Raises
     ------
     FileNotFoundError, ValueError
-        Where the file is missing or is not one of ours; the message names it.
+        Where the file is missing, is not one of ours, was trained on another shape basis
+        or on other measurements than are taken now; the message names it.
     """
     try:
         with np.load(path, allow_pickle=False) as saved:
             arrays = {key: saved[key] for key in saved.files}
+        names = tuple(str(name) for name in arrays["names"])
+        linear = LinearBodyEstimator(fit_intercept=bool(arrays["fit_intercept"]))
+        linear.n_features_in_ = len(names)
+        linear.moments_ = arrays["moments"]
+        linear.cross_moments_ = arrays["cross_moments"]
+        linear.count_ = int(arrays["count"])
+        linear.single_output_ = False
+        ends = arrays["limits"].tolist()
+        estimator = Estimator(
+            kind=BODY_KINDS[BODY_KINDS.index(arrays["kind"].item())],
+            names=names,
+            linear=linear,
+            log_covariance=arrays["log_covariance"],
+            limits={name: (low, high) for name, (low, high) in zip(names, ends, strict=True)},
+            population=str(arrays["population"]),
+            seed=int(arrays["seed"]),
+            date=str(arrays["date"]),
+            basis=load_shape_basis(),
+            template=load_template_mesh(),
+        )
+        trained_on = str(arrays["basis"])
     except FileNotFoundError:
         raise
     except Exception as error:
         raise ValueError(f"{path} is not an estimator's file: {error}") from error
-    names = tuple(str(name) for name in arrays["names"])
-    linear = LinearBodyEstimator()
-    linear.n_features_in_ = len(names)
-    linear.moments_ = arrays["moments"]
-    linear.cross_moments_ = arrays["cross_moments"]
-    linear.count_ = int(arrays["count"])
-    linear.single_output_ = False
-    ends = arrays["limits"].tolist()
-    kind = next(kind for kind in BODY_KINDS if kind == str(arrays["kind"]))
-    return Estimator(
-        kind=kind,
-        names=names,
-        linear=linear,
-        limits={name: (low, high) for name, (low, high) in zip(names, ends, strict=True)},
-        population=str(arrays["population"]),
-        seed=int(arrays["seed"]),
-        date=str(arrays["date"]),
-        basis=basis or load_shape_basis(),
-        template=template or load_template_mesh(),
-    )
+    if trained_on != estimator.basis.fingerprint:
+        raise ValueError(f"{path} was trained on another shape basis: run make train")
+    if names != TAKEN:
+        raise ValueError(f"{path} knows other measurements than are taken: run make train")
+    return estimator
 
 
 def load_estimators(folder: Path = DATA / "estimators") -> dict[BodyKind, Estimator]:

@@ -23,18 +23,17 @@ class ShapeBasis:
     Attributes
     ----------
     mean : ndarray of shape (H, 3), metres: the kept half of the mean body.
-    directions : ndarray of shape (K, H·3), int16; mapped from its file, so that all
-        processes of a machine share it.
-    scales : ndarray of shape (K,), metres per unit of coefficient and of `directions`.
+    directions : ndarray of shape (K, H·3), float32, metres per unit of coefficient.
     half : ndarray of shape (H,), the kept vertices.
     mirror : ndarray of shape (V,), the vertex on the other side of the body.
+    fingerprint : tells this basis from any other; estimators belong to one basis.
     """
 
     mean: Floats
-    directions: NDArray[np.int16]
-    scales: NDArray[np.float32]
+    directions: NDArray[np.float32]
     half: NDArray[np.int32]
     mirror: NDArray[np.int32]
+    fingerprint: str
 
     def vertices(self, coefficients: Floats) -> Floats:
         """Bodies from coefficients.
@@ -47,7 +46,7 @@ class ShapeBasis:
         -------
         ndarray of shape (B, V, 3), metres; soles at Y = 0, centred at X = 0.
         """
-        moved = (coefficients * self.scales).astype(np.float32) @ self.directions.astype(np.float32)
+        moved = coefficients.astype(np.float32) @ self.directions
         half = self.mean + moved.reshape(len(moved), -1, 3)
         bodies = np.empty((len(half), len(self.mirror), 3))
         bodies[:, self.mirror[self.half]] = half * [-1, 1, 1]
@@ -58,19 +57,19 @@ class ShapeBasis:
 
 @lru_cache(maxsize=1)
 def load_shape_basis(folder: Path = DATA) -> ShapeBasis:
-    """The shipped basis, mapped into memory once per process.
+    """The shipped basis, mapped from its file and made into floats once per process.
 
     Raises
     ------
     FileNotFoundError
         Where a file is missing; the message names it.
     """
-    directions = np.load(folder / "shape_directions.npy", mmap_mode="r", allow_pickle=False)
+    stored = np.load(folder / "shape_directions.npy", mmap_mode="r", allow_pickle=False)
     with np.load(folder / "shape_basis.npz", allow_pickle=False) as arrays:
         return ShapeBasis(
             mean=arrays["mean"].astype(np.float64),
-            directions=directions,
-            scales=arrays["scales"].astype(np.float32),
+            directions=stored.astype(np.float32) * arrays["scales"].astype(np.float32)[:, None],
             half=arrays["half"].astype(np.int32),
             mirror=arrays["mirror"].astype(np.int32),
+            fingerprint=str(arrays["fingerprint"]),
         )

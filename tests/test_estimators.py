@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from sklearn.linear_model import LinearRegression
@@ -55,16 +57,6 @@ def test_any_subset_is_as_if_fitted_on_it_alone(planted, missing) -> None:
     assert ours == pytest.approx(theirs, abs=1e-6)
 
 
-def test_what_is_known_leaves_no_residual(planted) -> None:
-    measurements, coordinates, _ = planted
-    estimator = LinearBodyEstimator().fit(measurements, coordinates)
-    known = np.array([True, False, True, False, False])
-    residual = estimator.residual_covariance(known)
-    assert np.abs(residual[known]).max() < 1e-6
-    others = np.cov(measurements[:, ~known].T, ddof=0)
-    assert (np.diag(residual)[~known] <= np.diag(others) + 1e-9).all()
-
-
 def test_what_is_missing_while_learning_is_left_out(planted) -> None:
     measurements, coordinates, _ = planted
     partly = measurements.copy()
@@ -112,6 +104,18 @@ def test_ranges_narrow_as_more_is_known() -> None:
             assert high - low < wide[name][1] - wide[name][0]
 
 
+def test_ranges_hold_four_of_five_of_a_planted_law() -> None:
+    """People drawn from the estimator's own law of logarithms."""
+    estimator = load_estimators()["male"]
+    random = np.random.default_rng(0)
+    centre = measure(estimator.estimate(MeasurementSet({"stature": 1.76, "weight": 80}))).values
+    logs = np.log([centre[name] for name in TAKEN])
+    people = np.exp(random.multivariate_normal(logs, estimator.log_covariance, size=20_000))
+    low, high = np.array([estimator.ranges(MeasurementSet({}), centre)[n] for n in TAKEN]).T
+    inside = ((people >= low) & (people <= high)).mean(axis=0)
+    assert inside == pytest.approx(0.8, abs=0.01)
+
+
 def test_limits_hold_every_body_learned_from() -> None:
     for estimator in load_estimators().values():
         assert set(estimator.limits) == set(TAKEN)
@@ -134,9 +138,39 @@ def test_saving_and_loading_changes_nothing(tmp_path) -> None:
     )
 
 
+def test_a_law_without_a_constant_stays_one(tmp_path) -> None:
+    estimator = load_estimators()["male"]
+    linear = LinearBodyEstimator(fit_intercept=False)
+    vars(linear).update({k: v for k, v in vars(estimator.linear).items() if k.endswith("_")})
+    replace(estimator, linear=linear).save(tmp_path / "male.npz")
+    asked = MeasurementSet({"stature": 1.8, "neck_girth": 0.39})
+    again = load_estimator(tmp_path / "male.npz").estimate(asked).vertices
+    assert (again == replace(estimator, linear=linear).estimate(asked).vertices).all()
+    assert (again != estimator.estimate(asked).vertices).any()
+
+
+def test_an_estimator_of_another_basis_or_table_is_refused(tmp_path) -> None:
+    estimator = load_estimators()["male"]
+    other = replace(estimator, basis=replace(estimator.basis, fingerprint="another"))
+    other.save(tmp_path / "basis.npz")
+    with pytest.raises(ValueError, match=r"basis\.npz was trained on another shape basis"):
+        load_estimator(tmp_path / "basis.npz")
+    fewer = replace(
+        estimator,
+        names=TAKEN[:-1],
+        limits={name: estimator.limits[name] for name in TAKEN[:-1]},
+    )
+    fewer.save(tmp_path / "names.npz")
+    with pytest.raises(ValueError, match=r"names\.npz knows other measurements"):
+        load_estimator(tmp_path / "names.npz")
+
+
 def test_a_missing_or_broken_file_is_named(tmp_path) -> None:
     with pytest.raises(FileNotFoundError, match=r"nobody\.npz"):
         load_estimator(tmp_path / "nobody.npz")
+    np.savez(tmp_path / "other.npz", kind="male")
+    with pytest.raises(ValueError, match=r"other\.npz is not an estimator's file"):
+        load_estimator(tmp_path / "other.npz")
     (tmp_path / "broken.npz").write_bytes(b"not an archive")
     with pytest.raises(ValueError, match=r"broken\.npz is not an estimator's file"):
         load_estimator(tmp_path / "broken.npz")

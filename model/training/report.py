@@ -6,20 +6,22 @@ from pathlib import Path
 import numpy as np
 
 from model.anthropometry import TAKEN
+from model.estimators import load_estimators
 from model.geometry import Floats
 from model.measurements import MEASUREMENTS
 from model.training.population import Population, load_population
 from model.training.population_report import table, write_population_report
+from model.training.survey import SEXES
 from model.training.validation import (
     BANDS,
     ENTERED,
     FROM_SURVEY,
     Errors,
+    coverage,
     errors_on_bodies,
     errors_on_people,
     held_out_values,
     real_people,
-    shipped_estimators,
 )
 
 DOCS = Path("docs")
@@ -58,7 +60,7 @@ def _validation(population: Population, survey_rows: Path | None) -> str:
 
 def _held_out(population: Population) -> str:
     pieces, by_name, by_band = [], [], []
-    for sex, estimator in shipped_estimators().items():
+    for sex, estimator in load_estimators().items():
         vertices, values = held_out_values(population, sex)
         index = values["weight"] / values["stature"] ** 2
         for words, entered in ENTERED.items():
@@ -70,9 +72,9 @@ def _held_out(population: Population) -> str:
     count = int(population.held_out.sum())
     return "\n\n".join(
         [
-            f"{count} bodies. *Sum* is the paper's total distance error (TDE): absolute misses "
-            "of the entered lengths and girths added up, per body. Centimetres; mean vertex "
-            "distance in millimetres.",
+            f"{count} bodies; of the neutral kind every second one of both sexes. *Sum* is the "
+            "paper's total distance error (TDE): absolute misses of the entered lengths and "
+            "girths added up, per body. Centimetres; mean vertex distance in millimetres.",
             table(_SUMMARY_HEAD, pieces),
             "With everything entered, by measurement, in mm (weight in kg):",
             table(["", "measurement", "bias", "mean error", "95 %", "largest"], by_name),
@@ -83,17 +85,23 @@ def _held_out(population: Population) -> str:
 
 
 def _real(folder: Path, seed: int) -> str:
-    pieces, by_name = [], []
+    pieces, by_name, covered = [], [], []
     people = 0
-    for sex, estimator in shipped_estimators().items():
+    estimators = load_estimators()
+    for sex in SEXES:
+        estimator = estimators[sex]
         values = real_people(folder, sex, seed)
         people += len(values["stature"])
         for words, entered in ENTERED.items():
             known = [name for name in entered if name in FROM_SURVEY]
             errors = errors_on_people(estimator, values, entered)
             pieces.append(_summary_row(sex, words, known, errors))
+            shares = coverage(estimator, values, entered)
             if entered is TAKEN:
                 by_name += [_name_row(sex, name, errors.misses[name]) for name in FROM_SURVEY]
+            else:
+                cells = [f"{shares[name]:.2f}" if name in shares else "" for name in FROM_SURVEY]
+                covered.append([sex, words, *cells])
     return "\n\n".join(
         [
             f"{people} people of ANSUR II (soldiers, 17 to 58 years, few very heavy), none of "
@@ -102,6 +110,8 @@ def _real(folder: Path, seed: int) -> str:
             table(_SUMMARY_HEAD, pieces),
             "With everything that they have entered, in mm (weight in kg):",
             table(["", "measurement", "bias", "mean error", "95 %", "largest"], by_name),
+            "How often the printed 80 % range of a value that was not entered holds the truth:",
+            table(["", "entered", *[f"`{name}`" for name in FROM_SURVEY]], covered),
         ]
     )
 

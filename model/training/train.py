@@ -39,7 +39,12 @@ def train_estimator(
     seen = mine & ~population.held_out
     linear = LinearBodyEstimator(fit_intercept=fit_intercept)
     linear.fit(values[seen], population.coefficients[seen])
-    low, high = values[mine].min(axis=0), values[mine].max(axis=0)
+    low, high = values[seen].min(axis=0), values[seen].max(axis=0)
+    weights = np.exp(population.log_odds[seen])
+    for sex in range(len(SEXES)):
+        # Women and men count alike in the neutral body.
+        these = population.sexes[seen] == sex
+        weights[these] /= max(weights[these].sum(), 1e-12)
     limits = np.stack([low * (1 - ROOM), high * (1 + ROOM)], axis=1)
     # Whole centimetres and kilograms, outwards: these are shown to people.
     unit = np.array([1.0 if name == "weight" else 0.01 for name in TAKEN])[:, None]
@@ -49,6 +54,7 @@ def train_estimator(
         kind=kind,
         names=TAKEN,
         linear=linear,
+        log_covariance=np.cov(np.log(values[seen]).T, aweights=weights),
         limits=dict(zip(TAKEN, map(tuple, limits.tolist()), strict=True)),
         population="open population: drawn from ANSUR II's statistics, bodies made with Anny 0.6.2",
         seed=population.seed,

@@ -7,18 +7,12 @@ from pathlib import Path
 import numpy as np
 
 from model.anthropometry import TAKEN, measure_batch
-from model.estimators import Estimator, load_estimators
+from model.estimators import Estimator
 from model.geometry import Floats
-from model.measurements import MEASUREMENTS
+from model.measurements import MEASUREMENTS, BodyKind, MeasurementSet
 from model.template_mesh import load_template_mesh
 from model.training.population import Population, bodies_of
-from model.training.survey import (
-    SEXES,
-    SURVEY_TAPES,
-    Sex,
-    is_test_person,
-    read_people,
-)
+from model.training.survey import SURVEY_TAPES, Sex, is_test_person, read_people
 
 ENTERED: Mapping[str, Sequence[str]] = {
     "all that are taken": TAKEN,
@@ -88,9 +82,13 @@ def estimate(
     return vertices, measure_batch(estimator.template, vertices)
 
 
-def held_out_values(population: Population, sex: Sex) -> tuple[Floats, dict[str, Floats]]:
-    """The held-out bodies of one sex: vertices (n, V, 3), and their measurements by name."""
-    rows = np.flatnonzero(population.held_out & population.of(sex))
+def held_out_values(population: Population, kind: BodyKind) -> tuple[Floats, dict[str, Floats]]:
+    """The held-out bodies of a kind: vertices (n, V, 3), and their measurements by name.
+
+    Those of the neutral kind are every second one of both sexes.
+    """
+    rows = np.flatnonzero(population.held_out)
+    rows = rows[::2] if kind == "neutral" else rows[population.of(kind)[rows]]
     vertices = np.concatenate([part for _, part in bodies_of(population, rows)])
     taken = measure_batch(load_template_mesh(), vertices)
     return vertices, dict(zip(TAKEN, taken.T, strict=True))
@@ -130,7 +128,20 @@ def errors_on_people(
     return Errors(misses=misses, vertices=np.empty(0))
 
 
-def shipped_estimators() -> dict[Sex, Estimator]:
-    """The shipped estimators of women and men."""
-    loaded = load_estimators()
-    return {sex: loaded[sex] for sex in SEXES}
+def coverage(
+    estimator: Estimator, values: Mapping[str, Floats], entered: Sequence[str]
+) -> dict[str, float]:
+    """How often the printed ranges hold the truth, by measurement that was not entered."""
+    names = [name for name in values if name not in entered]
+    inside = dict.fromkeys(names, 0)
+    known = [name for name in entered if name in values]
+    _, taken = estimate(estimator, values, known)
+    count = len(taken)
+    for row in range(count):
+        asked = MeasurementSet({name: float(values[name][row]) for name in known})
+        measured = MeasurementSet(dict(zip(TAKEN, taken[row].tolist(), strict=True)))
+        ranges = estimator.ranges(asked, measured)
+        for name in names:
+            low, high = ranges[name]
+            inside[name] += bool(low <= values[name][row] <= high)
+    return {name: hits / count for name, hits in inside.items()}
