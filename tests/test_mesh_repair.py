@@ -1,0 +1,628 @@
+"""Each kind of damage is made on a good mesh and mended, and what cannot be mended is refused."""
+
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+import pytest
+import scipy.sparse
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.sparse.csgraph import connected_components
+
+from model.template_mesh import load_template_mesh
+from model.training.mesh_repair import RepairedMesh, UnrepairableMeshError, repair
+
+RUBBISH = -1
+
+
+@dataclass(frozen=True)
+class Damaged:
+    """A mesh, and what is true of it.
+
+    truth (F, 3): of each corner, the vertex of the good mesh, or RUBBISH.
+    mix (V, V of the good mesh): how each vertex comes from good ones.
+    """
+
+    good_points: np.ndarray
+    good_faces: np.ndarray
+    faces: np.ndarray
+    truth: np.ndarray
+    mix: scipy.sparse.csr_array
+
+    @property
+    def points(self):
+        return self.mix @ self.good_points
+
+
+def intact(mesh) -> Damaged:
+    faces = np.asarray(mesh.faces, dtype=np.int64)
+    identity = scipy.sparse.eye_array(len(mesh.vertices), format="csr")
+    return Damaged(np.asarray(mesh.vertices), faces, faces, faces, identity)
+
+
+def body() -> Damaged:
+    return intact(load_template_mesh())
+
+
+def ball() -> Damaged:
+    """A ball with rings, its poles at the top and the bottom."""
+    return intact(trimesh.creation.uv_sphere(radius=0.3, count=[9, 12]))
+
+
+def block() -> Damaged:
+    return intact(trimesh.creation.box().subdivide().subdivide())
+
+
+# ---------------------------------------------------------------- damage
+
+
+def with_faces(mesh: Damaged, faces, truth=None) -> Damaged:
+    faces = np.reshape(faces, (-1, 3))
+    truth = np.full_like(faces, RUBBISH) if truth is None else truth
+    return replace(mesh, faces=np.vstack([mesh.faces, faces]), truth=np.vstack([mesh.truth, truth]))
+
+
+def with_point(mesh: Damaged, *parents: int, scale: float = 1.0) -> tuple[Damaged, int]:
+    """A vertex more, in the middle of others (or `scale` times as far from the origin)."""
+    row = mesh.mix[list(parents)].sum(axis=0)[None] * (scale / len(parents))
+    mix = scipy.sparse.vstack([mesh.mix, scipy.sparse.csr_array(row)], format="csr")
+    return replace(mesh, mix=mix), mix.shape[0] - 1
+
+
+def duplicated(mesh: Damaged, rng, count=3) -> Damaged:
+    chosen = rng.choice(len(mesh.good_faces), count, replace=False)
+    turn = [[1, 2, 0]]
+    return with_faces(
+        mesh,
+        np.take_along_axis(mesh.faces[chosen], np.repeat(turn, count, 0), 1),
+        np.take_along_axis(mesh.truth[chosen], np.repeat(turn, count, 0), 1),
+    )
+
+
+def backed(mesh: Damaged, rng, count=3) -> Damaged:
+    """Faces that a coincident one of the opposite winding lies on."""
+    chosen = rng.choice(len(mesh.good_faces), count, replace=False)
+    return with_faces(mesh, mesh.faces[chosen][:, ::-1], mesh.truth[chosen][:, ::-1])
+
+
+def repeating(mesh: Damaged, rng) -> Damaged:
+    """Faces with a vertex twice, or three times."""
+    a, b, _ = mesh.faces[rng.integers(len(mesh.good_faces))]
+    return with_faces(mesh, [(a, b, a), (b, b, b)])
+
+
+def flapped(mesh: Damaged, rng) -> Damaged:
+    """A face without area along an edge."""
+    a, b, _ = mesh.faces[rng.integers(len(mesh.good_faces))]
+    mesh, middle = with_point(mesh, a, b)
+    return with_faces(mesh, (b, a, middle))
+
+
+def finned(mesh: Damaged, rng) -> Damaged:
+    """A face that stands off the skin, two faces thick, and one that hangs inside it."""
+    a, b, c = mesh.faces[rng.integers(len(mesh.good_faces))]
+    mesh, outer = with_point(mesh, a, b, scale=1.01)
+    mesh, inner = with_point(mesh, b, c, scale=0.99)
+    return with_faces(mesh, [(a, b, outer), (b, a, outer), (b, c, inner)])
+
+
+def ring_of(mesh: Damaged):
+    """A closed ring of edges: above the left foot, or a parallel of the ball."""
+    if len(mesh.good_points) > 1000:
+        part = load_template_mesh().faces_of("foot_left")
+    else:
+        part = mesh.good_points[mesh.good_faces][:, :, 2].mean(axis=1) > 0.12
+    directed = mesh.good_faces[part][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    edges, count = np.unique(np.sort(directed, axis=1), axis=0, return_counts=True)
+    now = np.empty(len(mesh.good_points), dtype=np.int64)
+    now[mesh.truth[mesh.truth >= 0]] = mesh.faces[mesh.truth >= 0]
+    return now[edges[count == 1]]
+
+
+def walled(mesh: Damaged, rng, copies=1) -> Damaged:
+    """A wall across the inside, from edge to edge of a ring."""
+    ring = ring_of(mesh)
+    mesh, middle = with_point(mesh, *np.unique(ring))
+    wall = [(a, b, middle)[:: rng.choice([1, -1])] for a, b in ring]
+    return with_faces(mesh, wall * copies)
+
+
+def welded(mesh: Damaged, kept, lost) -> Damaged:
+    """Vertices `lost` (n,) become vertices `kept` (n,), half-way between."""
+    kept, lost = np.asarray(kept), np.asarray(lost)
+    mix = mesh.mix.tolil()
+    mix[kept] = mix[lost] = (mesh.mix[kept] + mesh.mix[lost]) / 2
+    renamed = np.arange(mesh.mix.shape[0])
+    renamed[lost] = kept
+    return replace(mesh, faces=renamed[mesh.faces], mix=mix.tocsr())
+
+
+def vertices_welded(mesh: Damaged, rng) -> Damaged:
+    """Two fans meet in a vertex: the skin touches itself in a point."""
+    touching = scipy.sparse.coo_array(
+        (np.ones(mesh.faces.size), (mesh.faces.ravel(), np.repeat(np.arange(len(mesh.faces)), 3))),
+        shape=(mesh.mix.shape[0], len(mesh.faces)),
+    ).tocsr()
+    for _ in range(100):
+        kept, lost = rng.choice(len(mesh.good_points), 2, replace=False)
+        near = touching @ touching[[kept]].T.toarray()
+        near = touching @ (touching.T @ near)
+        if not near[lost, 0] and touching[[kept]].sum() and touching[[lost]].sum():
+            return welded(mesh, [kept], [lost])
+    raise AssertionError("no two vertices of the skin are far apart")
+
+
+@cache
+def foot_contacts():
+    """Pairs of facing triangles (3,), (3,) between the toes of the left foot."""
+    template = load_template_mesh()
+    good = trimesh.Trimesh(template.vertices, template.faces, process=False)
+    foot = np.flatnonzero(template.faces_of("foot_left"))
+    centres, normals = good.triangles_center[foot], good.face_normals[foot]
+    towards = centres[None] - centres[:, None]
+    gap = np.linalg.norm(towards, axis=2)
+    facing = (normals @ normals.T < -0.7) & (np.einsum("fgi,fi->fg", towards, normals) > 0)
+    facing &= np.arange(len(foot))[:, None] < np.arange(len(foot))
+    contacts = []
+    for pair in np.argsort(np.where(facing, gap, np.inf), axis=None)[:40:8]:
+        one, other = template.faces[foot[list(np.unravel_index(pair, gap.shape))]].astype(np.int64)
+        around = good.faces[np.isin(good.faces, one).any(axis=1)]
+        if np.isin(good.faces[np.isin(good.faces, other).any(axis=1)], around).any():
+            continue
+        orders = [other[[0, 2, 1]], other[[2, 1, 0]], other[[1, 0, 2]]]
+        apart = [np.linalg.norm(good.vertices[one] - good.vertices[o]) for o in orders]
+        contacts.append((one, orders[int(np.argmin(apart))]))
+    return contacts
+
+
+def toes_touching(mesh: Damaged, rng) -> Damaged:
+    """SPRING's damage: at the left foot, two faces of two toes have become coincident."""
+    contacts = foot_contacts()
+    return welded(mesh, *contacts[rng.integers(len(contacts))])
+
+
+def some_turned(mesh: Damaged, rng) -> Damaged:
+    turned = rng.random(len(mesh.faces)) < 0.1
+    return turned_at(mesh, turned)
+
+
+def patch_turned(mesh: Damaged, rng) -> Damaged:
+    centres = mesh.points[mesh.faces].mean(axis=1)
+    reach = np.linalg.norm(centres - centres[rng.integers(len(centres))], axis=1)
+    return turned_at(mesh, reach < np.quantile(reach, 0.3))
+
+
+def all_turned(mesh: Damaged, rng) -> Damaged:
+    return turned_at(mesh, np.ones(len(mesh.faces), dtype=bool))
+
+
+def turned_at(mesh: Damaged, turned) -> Damaged:
+    faces, truth = mesh.faces.copy(), mesh.truth.copy()
+    faces[turned], truth[turned] = faces[turned][:, ::-1], truth[turned][:, ::-1]
+    return replace(mesh, faces=faces, truth=truth)
+
+
+def shuffled(mesh: Damaged, rng) -> Damaged:
+    order = rng.permutation(len(mesh.faces))
+    return replace(mesh, faces=mesh.faces[order], truth=mesh.truth[order])
+
+
+# ---------------------------------------------------------------- what a repair must be
+
+
+def assert_sound(points, faces, euler=2) -> None:
+    """One closed 2-manifold wound outwards: every edge of two faces, every vertex of one fan."""
+    mesh = trimesh.Trimesh(points, faces, process=False)
+    assert mesh.is_watertight
+    assert mesh.is_winding_consistent
+    assert mesh.volume > 0
+    assert mesh.body_count == 1
+    assert mesh.euler_number == euler
+    assert (np.unique(mesh.faces) == np.arange(len(points))).all()
+    assert (np.unique(mesh.edges_sorted, axis=0, return_counts=True)[1] == 2).all()
+    # The opposite edges of a vertex's faces are one closed line.
+    size = len(points)
+    a, b, c = np.concatenate([np.roll(mesh.faces, -i, axis=1) for i in range(3)]).T
+    nodes, links = np.unique(np.concatenate([a * size + b, a * size + c]), return_inverse=True)
+    graph = scipy.sparse.coo_array((np.ones(len(a)), links.reshape(2, -1)), shape=(len(nodes),) * 2)
+    assert connected_components(graph, directed=False)[0] == size
+
+
+def mended(mesh: Damaged) -> RepairedMesh:
+    """Repair a mesh, and check all that is known of the good one."""
+    repaired = repair(mesh.faces, mesh.points)
+    points = repaired.apply(mesh.points)
+    assert_sound(points, repaired.faces)
+
+    # Its faces are the good faces, each once, by a one-to-one map of the vertices.
+    source = repaired.face_sources
+    kept = (repaired.vertex_sources[repaired.faces] == mesh.faces[source]).all(axis=1)
+    truth = np.where(kept[:, None], mesh.truth[source], mesh.truth[source][:, [0, 2, 1]])
+    assert (rotated(truth) == rotated(mesh.good_faces)).all()
+    pairs = np.unique(np.stack([truth.ravel(), repaired.faces.ravel()], axis=1), axis=0)
+    good, new = pairs.T
+    assert len(pairs) == len(np.unique(good)) == len(np.unique(new)) == len(mesh.good_points)
+
+    # So it is for all meshes of the set: skin and volume are those of the good faces.
+    batch = mesh.good_points * np.array([[[1, 1, 1]], [[1.2, 0.9, 1.1]]])
+    batch = np.concatenate([batch, batch + 0.01 * np.sin(20 * batch[..., [2, 0, 1]])])
+    whole = np.stack([mesh.mix @ each for each in batch])
+    result = repaired.apply(whole)
+    assert result.shape == (4, len(points), 3)
+    for before, after in zip(whole, result, strict=True):
+        expected = np.empty_like(mesh.good_points)
+        expected[mesh.truth[mesh.truth >= 0]] = before[mesh.faces[mesh.truth >= 0]]
+        assert (after[new] == expected[good]).all()
+        one = trimesh.Trimesh(expected, mesh.good_faces, process=False)
+        other = trimesh.Trimesh(after, repaired.faces, process=False)
+        assert other.volume == pytest.approx(one.volume, rel=1e-12)
+        assert other.area == pytest.approx(one.area, rel=1e-12)
+
+    assert_nothing_left_to_do(points, repaired)
+    return repaired
+
+
+def rotated(faces):
+    """Faces in order, each from its smallest vertex on, wound as it is."""
+    turn = (np.arange(3) + faces.argmin(axis=1)[:, None]) % 3
+    faces = np.take_along_axis(faces, turn, axis=1)
+    return faces[np.lexsort(faces.T)]
+
+
+def assert_nothing_left_to_do(points, repaired: RepairedMesh) -> None:
+    again = repair(repaired.faces, points)
+    assert again.report == ()
+    assert (again.faces == repaired.faces).all()
+    assert (again.vertex_sources == np.arange(len(points))).all()
+    assert (again.face_sources == np.arange(len(repaired.faces))).all()
+
+
+def what(repaired: RepairedMesh) -> dict[str, int]:
+    return {finding.what: len(finding.indices) for finding in repaired.findings}
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(20)
+
+
+# ---------------------------------------------------------------- each kind of damage
+
+
+@pytest.mark.parametrize("make", [body, ball, block])
+def test_a_good_mesh_is_left_as_it_is(make):
+    mesh = make()
+    repaired = mended(mesh)
+    assert repaired.report == ()
+    assert (repaired.faces == mesh.faces).all()
+
+
+@pytest.mark.parametrize("make", [body, ball, block])
+@pytest.mark.parametrize(
+    ("damage", "done"),
+    [
+        (duplicated, {"coincident faces, dropped": 3}),
+        (backed, {"coincident faces, dropped": 3}),
+        (repeating, {"faces with a repeated vertex, dropped": 2}),
+        (flapped, {"faces without area, dropped": 1, "vertices without a face, dropped": 1}),
+        (vertices_welded, {"vertices of more than one fan, split": 1}),
+    ],
+)
+def test_damage_is_mended_and_told(make, damage, done, rng):
+    repaired = mended(damage(make(), rng))
+    assert what(repaired).items() >= done.items()
+
+
+@pytest.mark.parametrize("make", [body, ball, block])
+@pytest.mark.parametrize("damage", [finned, some_turned, patch_turned, all_turned])
+def test_stray_faces_go_and_turned_ones_come_round(make, damage, rng):
+    mended(damage(make(), rng))
+
+
+def test_a_mesh_that_is_inside_out_is_turned_whole(rng):
+    assert what(mended(all_turned(body(), rng))) == {"faces turned": 26692}
+
+
+@pytest.mark.parametrize("make", [body, ball])
+@pytest.mark.parametrize("copies", [1, 2, 3])
+def test_a_wall_inside_is_dropped(make, copies, rng):
+    mesh = make()
+    wall = walled(mesh, rng, copies)
+    assert mended(wall).vertex_sources.max() < len(mesh.good_points)
+
+
+@pytest.mark.parametrize("make", [body, ball])
+def test_the_place_is_told(make, rng):
+    mesh = make()
+    copied = with_faces(mesh, mesh.faces[17], mesh.truth[[17]])
+    x, y, z = mesh.points[mesh.faces[17]].mean(axis=0)
+    (line,) = repair(copied.faces, copied.points).report
+    assert line == (
+        f"coincident faces, dropped: 1 (face {len(mesh.faces)}; near {x:.4f}, {y:.4f}, {z:.4f})"
+    )
+
+
+# ---------------------------------------------------------------- skins that touch
+
+
+def test_toes_that_touch_are_parted_as_the_paper_did():
+    for kept, lost in foot_contacts():
+        mesh = welded(body(), kept, lost)
+        edges = np.sort(mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+        assert (np.unique(edges, axis=0, return_counts=True)[1] == 4).sum() == 3
+        repaired = mended(mesh)
+        assert what(repaired)["edges of more than two faces, parted"] == 3
+        assert what(repaired)["vertices of more than one fan, split"] == 3
+        assert set(repaired.vertex_sources[-3:]) == set(kept)
+
+
+@pytest.mark.parametrize("turn", [some_turned, patch_turned, all_turned])
+def test_toes_that_touch_are_parted_however_they_are_wound(turn, rng):
+    mesh = turn(toes_touching(body(), rng), rng)
+    repaired = repair(mesh.faces, mesh.points)
+    points = repaired.apply(mesh.points)
+    assert_sound(points, repaired.faces)
+    assert len(points) == len(mesh.good_points)
+    assert_nothing_left_to_do(points, repaired)
+
+
+def test_toes_that_touch_along_an_edge_are_parted():
+    for kept, lost in foot_contacts():
+        mesh = welded(body(), kept[:2], lost[:2])
+        assert what(mended(mesh))["vertices of more than one fan, split"] == 2
+
+
+def legs_welded(rings: int, hollow: bool = False) -> Damaged:
+    """The inner sides of both ankles grown together: all faces of so many rings of vertices."""
+    mesh, template = body(), load_template_mesh()
+    ankle = template.landmark_points(template.vertices, "medial_malleolus_left")
+    patch = np.array([np.linalg.norm(template.vertices - ankle, axis=1).argmin()])
+    for _ in range(rings):
+        inner = patch
+        patch = np.unique(mesh.faces[np.isin(mesh.faces, patch).any(axis=1)])
+    kept = np.setdiff1d(patch, inner) if hollow else patch
+    return welded(mesh, kept, template.mirror[kept])
+
+
+@pytest.mark.parametrize("rings", [1, 2, 3])
+def test_skins_that_touch_over_many_faces_are_parted(rings):
+    mesh = legs_welded(rings)
+    lost = len(mesh.good_points) - len(np.unique(mesh.faces))
+    assert what(mended(mesh))["vertices of more than one fan, split"] == lost > 5
+
+
+@pytest.mark.parametrize("rings", [1, 2])
+def test_a_gap_between_skins_that_touch_all_around_is_not_filled(rings):
+    mended(legs_welded(rings, hollow=True))
+
+
+def test_front_and_back_of_something_thin_may_touch():
+    slab = trimesh.creation.box((0.4, 0.4, 0.01)).subdivide().subdivide().subdivide()
+    mesh = intact(slab)
+    top = np.argsort(np.abs(slab.vertices - [0.05, 0.05, 0.005]).max(axis=1), kind="stable")[:9]
+    below = slab.vertices[top] * [1, 1, -1]
+    bottom = np.linalg.norm(slab.vertices[:, None] - below, axis=2).argmin(axis=0)
+    repaired = repair(*(lambda m: (m.faces, m.points))(welded(mesh, top, bottom)))
+    assert_sound(repaired.apply(welded(mesh, top, bottom).points), repaired.faces)
+
+
+# ---------------------------------------------------------------- faces without area
+
+
+@pytest.mark.parametrize("make", [body, ball, block])
+@pytest.mark.parametrize("where", ["middle", "end"])
+def test_faces_without_area_in_the_skin_are_mended(make, where, rng):
+    for _ in range(1 if make is body else 5):
+        mesh = make()
+        face = rng.integers(len(mesh.faces))
+        a, b, c = mesh.faces[face]
+        other = np.flatnonzero(np.isin(mesh.faces, (a, b)).sum(axis=1) == 2)
+        other = other[other != face][0]
+        (d,) = np.setdiff1d(mesh.faces[other], (a, b))
+        mesh, middle = with_point(mesh, *((a, b) if where == "middle" else (a, a)))
+        faces = np.delete(mesh.faces, [face, other], axis=0)
+        more = [(a, middle, c), (middle, b, c)]
+        # A vertex on an edge that only one side knows of; or one at the end of the edge.
+        more += (
+            [(b, a, d), (a, b, middle)] if where == "middle" else [(b, middle, d), (middle, a, d)]
+        )
+        faces = np.vstack([faces, more])
+        repaired = repair(faces, mesh.points)
+        points = repaired.apply(mesh.points)
+        assert_sound(points, repaired.faces)
+        assert len(points) == len(mesh.good_points) + (where == "middle")
+        result = trimesh.Trimesh(points, repaired.faces, process=False)
+        good = trimesh.Trimesh(mesh.good_points, mesh.good_faces, process=False)
+        assert result.area_faces.min() > 1e-3 * good.area_faces.min()
+        assert result.area == pytest.approx(good.area, rel=1e-12)
+        assert result.volume == pytest.approx(good.volume, rel=1e-12)
+        assert_nothing_left_to_do(points, repaired)
+        assert "faces without area, an edge joined or swapped" in what(repaired)
+
+
+# ---------------------------------------------------------------- all together
+
+# In this order: what is welded later could drag a flap along and make a hole's rim of it.
+DAMAGES = [
+    vertices_welded,
+    walled,
+    finned,
+    flapped,
+    repeating,
+    duplicated,
+    backed,
+    some_turned,
+    patch_turned,
+    all_turned,
+    shuffled,
+]
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(st.lists(st.sampled_from(DAMAGES), max_size=6), st.integers(0, 2**32 - 1))
+def test_any_damage_on_any_other_is_mended(damages, seed):
+    rng = np.random.default_rng(seed)
+    mesh = ball()
+    for damage in sorted(damages, key=DAMAGES.index):
+        mesh = damage(mesh, rng)
+    mended(mesh)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_body_with_much_damage_is_mended(seed):
+    rng = np.random.default_rng(seed)
+    mesh = toes_touching(body(), rng)
+    # Of two coincident faces that are both turned, nobody can tell which was whose.
+    others = [damage for damage in DAMAGES if "turned" not in damage.__name__]
+    for which in sorted(rng.choice(len(others), 5, replace=False)):
+        mesh = others[which](mesh, rng)
+    mended(mesh)
+
+
+# ---------------------------------------------------------------- pieces
+
+
+def joined(*meshes):
+    whole = trimesh.util.concatenate(meshes)
+    return np.asarray(whole.faces), np.asarray(whole.vertices)
+
+
+def test_what_lies_loose_inside_is_dropped():
+    ball = trimesh.creation.icosphere(3, 1.0)
+    eye = trimesh.creation.icosphere(1, 0.1)
+    eye.apply_translation([0.5, 0, 0])
+    tongue = trimesh.Trimesh([[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]], [[0, 1, 2]], process=False)
+    faces, points = joined(eye, ball, tongue)
+    repaired = repair(faces, points)
+    assert_sound(repaired.apply(points), repaired.faces)
+    assert (repaired.vertex_sources == np.arange(len(ball.vertices)) + len(eye.vertices)).all()
+    assert what(repaired)["faces of a piece inside, dropped"] == len(eye.faces)
+    assert what(repaired)["stray faces, dropped"] == 1
+
+
+def test_a_piece_without_volume_to_speak_of_is_dropped_anywhere():
+    ball = trimesh.creation.icosphere(3, 1.0)
+    crumb = trimesh.creation.icosphere(1, 0.005)
+    crumb.apply_translation([3, 0, 0])
+    repaired = repair(*joined(ball, crumb))
+    assert len(repaired.faces) == len(ball.faces)
+    assert what(repaired)["stray faces, dropped"] == len(crumb.faces)
+
+
+def test_a_handle_is_no_damage():
+    torus = trimesh.creation.torus(1.0, 0.3)
+    repaired = repair(torus.faces, torus.vertices)
+    assert repaired.report == ()
+    assert_sound(repaired.apply(torus.vertices), repaired.faces, euler=0)
+
+
+# ---------------------------------------------------------------- refusals
+
+
+def refusal(faces, points) -> UnrepairableMeshError:
+    with pytest.raises(UnrepairableMeshError) as refused:
+        repair(faces, points)
+    x, y, z = refused.value.finding.point
+    assert f"near {x:.4f}, {y:.4f}, {z:.4f}" in str(refused.value)
+    return refused.value
+
+
+@pytest.mark.parametrize("make", [body, ball])
+@pytest.mark.parametrize("damage", [shuffled, walled, vertices_welded])
+def test_a_hole_is_refused_with_its_rim(make, damage, rng):
+    mesh = make()
+    mesh = damage(mesh, rng)
+    (lost,) = np.flatnonzero((np.sort(mesh.truth, 1) == np.sort(mesh.good_faces[40])).all(axis=1))
+    a, b, c = sorted(mesh.faces[lost].tolist())
+    mesh = replace(mesh, faces=np.delete(mesh.faces, lost, axis=0))
+    finding = refusal(mesh.faces, mesh.points).finding
+    assert finding.what == "holes, their open edges"
+    assert finding.element == "edge"
+    assert set(finding.indices) == {(a, b), (a, c), (b, c)}
+    assert finding.point == pytest.approx(mesh.points[list(finding.indices[0])].mean(axis=0))
+
+
+def test_a_hole_is_refused_though_something_closed_lies_inside():
+    ball = trimesh.creation.icosphere(3, 1.0)
+    eye = trimesh.creation.icosphere(1, 0.2)
+    faces, points = joined(ball, eye)
+    assert refusal(faces[1:], points).finding.what == "holes, their open edges"
+
+
+def test_a_limb_cut_off_by_a_wall_that_has_a_hole_is_refused(rng):
+    mesh = walled(body(), rng)
+    sole = mesh.points[mesh.faces][:, :, 1].mean(axis=1).argmin()
+    finding = refusal(np.delete(mesh.faces, sole, axis=0), mesh.points).finding
+    edges = {tuple(np.sort(mesh.faces[sole][[i, i - 1]]).tolist()) for i in range(3)}
+    assert set(finding.indices) == edges
+
+
+def test_a_second_body_is_refused():
+    ball = trimesh.creation.icosphere(2, 1.0)
+    other = trimesh.creation.icosphere(2, 0.3)
+    other.apply_translation([2, 0, 0])
+    finding = refusal(*joined(ball, other)).finding
+    assert finding.what == "faces of a second piece"
+    assert finding.indices == tuple(range(len(ball.faces), len(ball.faces) + len(other.faces)))
+
+
+def test_two_bodies_that_share_an_edge_are_refused():
+    one, other = trimesh.creation.box(), trimesh.creation.box()
+    other.apply_translation([1, 1, 0])
+    whole = trimesh.util.concatenate([one, other])
+    whole.merge_vertices()
+    assert len(whole.vertices) == 14
+    assert refusal(whole.faces, whole.vertices).finding.what == "faces of a second piece"
+
+
+def klein_bottle(n=8):
+    """A grid that is glued to itself the wrong way round; where it lies does not matter."""
+    i, j = np.meshgrid(np.arange(n), np.arange(n), indexing="ij")
+
+    def at(i, j):
+        return np.where(i == n, 0, i) * n + np.where(i == n, -j, j) % n
+
+    a, b, c, d = at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)
+    faces = np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3)
+    return faces, np.random.default_rng(0).random((n * n, 3))
+
+
+def test_a_surface_of_one_side_is_refused():
+    faces, points = klein_bottle()
+    edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
+    finding = refusal(faces, points).finding
+    assert finding.what == "faces of one side only"
+    assert finding.element == "face"
+
+
+def test_a_surface_around_nothing_is_refused():
+    flat = trimesh.creation.icosphere(0)
+    finding = refusal(flat.faces, flat.vertices @ np.diag([1, 1, 0])).finding
+    assert finding.what == "faces without volume"
+
+
+@pytest.mark.parametrize(
+    ("faces", "points", "said"),
+    [
+        ([[0, 1, 2]], np.zeros((3, 2)), r"finite and \(V, 3\)"),
+        ([[0, 1, 2]], np.full((3, 3), np.nan), "finite"),
+        ([[0, 1, 2, 3]], np.zeros((4, 3)), r"\(F, 3\), they are \(1, 4\)"),
+        (np.zeros((0, 3), dtype=int), np.zeros((4, 3)), r"\(F, 3\), they are \(0, 3\)"),
+        ([[0, 1, 3]], np.zeros((3, 3)), "from 0 to 2"),
+        ([[0, 1, -1]], np.zeros((3, 3)), "from 0 to 2"),
+        ([[0.0, 1.0, 2.0]], np.zeros((3, 3)), "from 0 to 2"),
+    ],
+)
+def test_what_is_no_mesh_is_refused(faces, points, said):
+    with pytest.raises(ValueError, match=said):
+        repair(faces, points)
+
+
+@pytest.mark.parametrize("shape", [(7, 3), (8, 2), (8,), (2, 9, 3)])
+def test_vertices_of_another_mesh_are_refused(shape):
+    box = trimesh.creation.box()
+    with pytest.raises(ValueError, match=r"expected shape \(\.\.\., 8, 3\)"):
+        repair(box.faces, box.vertices).apply(np.zeros(shape))
