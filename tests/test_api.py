@@ -7,12 +7,12 @@ import jsonschema
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from openapi_spec_validator import OpenAPIV31SpecValidator
 from PIL import Image
 
-from model.anthropometry import TAKEN
+from model.anthropometry import TAKEN, ImpossibleBodyError
 from model.measurements import BODY_KINDS, MEASUREMENTS
 from model.rendering import RenderingUnavailable
 from webapp import avatars
@@ -297,6 +297,18 @@ def test_a_server_that_cannot_draw_says_so(call, monkeypatch):
     assert call("/api/v1/avatars", WOMAN).status_code == 200
 
 
+@pytest.mark.parametrize("path", POSTS)
+def test_values_that_no_body_has_together_are_refused(call, monkeypatch, caplog, path):
+    def impossible(body):
+        raise ImpossibleBodyError("the body has no weight")
+
+    monkeypatch.setattr(avatars, "measure", impossible)
+    response = call(path, WOMAN)
+    assert response.status_code == 422
+    assert faults(response) == {("measurements", "contradictory")}
+    assert caplog.text == ""
+
+
 numbers = st.floats(0, 250) | st.floats()
 json_values = st.recursive(
     st.none() | st.booleans() | numbers | st.integers() | st.text(),
@@ -332,18 +344,40 @@ def test_the_ends_of_every_range_are_accepted(call, body, units):
         assert call("/api/v1/avatars", document).status_code == 200
 
 
+# The ends often: contradictions are worst in the corners.
+shares = st.sampled_from([0.0, 1.0]) | st.floats(0, 1)
+
+
 @given(
     person=st.fixed_dictionaries(
         {},
-        optional={name: st.floats(0, 1) for name in TAKEN if name != "stature"},
+        optional={name: shares for name in TAKEN if name != "stature"},
     ),
-    stature=st.floats(0, 1),
+    stature=shares,
     body=st.sampled_from(BODY_KINDS),
+)
+# A small, light man with a large belly, thin thighs and long legs: less than nothing remains.
+@example(
+    person={
+        "weight": 0.0,
+        "bust_girth": 0.0,
+        "hip_girth": 0.0,
+        "neck_girth": 1.0,
+        "thigh_girth": 0.0,
+        "abdomen_girth": 1.0,
+        "mid_thigh_girth": 0.0,
+        "inseam_height": 1.0,
+        "foot_height": 1.0,
+    },
+    stature=0.0,
+    body="male",
 )
 @settings(
     suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=30
 )
-def test_any_values_within_the_ranges_make_a_body(call, site, person, stature, body):
+def test_any_values_within_the_ranges_make_a_body_or_contradict_each_other(
+    call, site, person, stature, body
+):
     ranges = {
         row["name"]: row["range"][body]
         for row in site.test_client().get("/api/v1/measurements").json
@@ -353,4 +387,5 @@ def test_any_values_within_the_ranges_make_a_body(call, site, person, stature, b
         for name, share in ({"stature": stature} | person).items()
     }
     response = call("/api/v1/avatars", {"body": body, "measurements": values})
-    assert response.status_code == 200
+    if response.status_code != 200:
+        assert faults(response) == {("measurements", "contradictory")}

@@ -7,7 +7,7 @@ import trimesh
 from conftest import text
 from PIL import Image
 
-from model.anthropometry import TAKEN
+from model.anthropometry import TAKEN, ImpossibleBodyError
 from model.rendering import RenderingUnavailable
 from webapp import avatars
 
@@ -119,6 +119,29 @@ def test_answers_that_make_no_body_lead_to_the_form(client):
     assert client.get("/avatar").status_code == 303
     assert "need another look" in client.get("/").text
     assert client.page.find(".//input[@name='stature']").get("value") == "tall"
+
+
+def impossible(body):
+    raise ImpossibleBodyError("the body has no weight")
+
+
+def test_values_that_no_body_has_together_lead_kindly_to_the_form(shopper, monkeypatch, caplog):
+    monkeypatch.setattr(avatars, "measure", impossible)
+    response = shopper.get("/avatar")
+    assert response.status_code == 303
+    assert response.location == "/"
+    shopper.get("/")
+    assert "contradict each other" in text(shopper.page.find(".//p[@role='status']"))
+    for name in ("stature", "waist_girth", "thigh_girth"):
+        assert shopper.page.find(f".//input[@name='{name}']").get("value") == WOMAN[name]
+    assert caplog.text == ""
+
+
+@pytest.mark.parametrize("path", ["/avatar.glb", "/avatar/front.png", "/avatar/profile.png"])
+def test_values_that_no_body_has_together_have_no_file(shopper, monkeypatch, caplog, path):
+    monkeypatch.setattr(avatars, "measure", impossible)
+    assert shopper.get(path).status_code == 404
+    assert caplog.text == ""
 
 
 @pytest.mark.parametrize("path", ["/avatar", "/avatar.glb", "/avatar/front.png"])

@@ -17,19 +17,23 @@ from flask import (
 )
 from werkzeug.wrappers import Response as AnyResponse
 
-from model.anthropometry import Measured, measure
+from model.anthropometry import ImpossibleBodyError, Measured, measure
 from model.estimators import Estimator
 from model.gltf import to_glb
 from model.measurements import MEASUREMENTS, BodyKind, MeasurementSet
 from model.rendering import RenderingUnavailable, Side, render_png
 from model.template_mesh import Body
-from webapp.forms import AvatarRequest, Limits, Refused, Typed
+from webapp.forms import AvatarRequest, Limits, Refusal, Refused, Typed
 
 MET = 0.0005
 """Metres or kilograms: an entered value this near to the body's is the body's."""
 
 BEGIN_HERE = "To show your body we need your height first. It takes a minute."
 LOOK_AGAIN = "Some of your answers need another look. Press “Show my body” to see which."
+CONTRADICTORY = (
+    "These measurements contradict each other: no body has all of them. "
+    "Please check each number and its unit."
+)
 
 bp = Blueprint("avatars", __name__)
 
@@ -63,10 +67,19 @@ def estimators() -> Mapping[BodyKind, Estimator]:
 
 
 def make_avatar(wanted: AvatarRequest) -> Avatar:
-    """Estimate the body that was asked for and measure it."""
+    """Estimate the body that was asked for and measure it.
+
+    Raises
+    ------
+    Refused
+        Where each value is plausible, but no body can have them all.
+    """
     estimator = estimators()[wanted.body]
     body = estimator.estimate(wanted.asked)
-    measured = measure(body)
+    try:
+        measured = measure(body)
+    except ImpossibleBodyError:
+        raise Refused([Refusal("measurements", "contradictory", CONTRADICTORY)]) from None
     ranges = estimator.ranges(wanted.asked, measured.values)
     return Avatar(wanted, estimator, body, measured, ranges)
 
@@ -137,7 +150,11 @@ def page() -> str | AnyResponse:
     if wanted is None:
         flash(LOOK_AGAIN if session.get("typed") else BEGIN_HERE)
         return redirect(url_for("wizard.form"), 303)
-    avatar = make_avatar(wanted)
+    try:
+        avatar = make_avatar(wanted)
+    except Refused:
+        flash(CONTRADICTORY)
+        return redirect(url_for("wizard.form"), 303)
     return render_template(
         "avatars/avatar.html",
         units=wanted.units,
@@ -151,13 +168,13 @@ def page() -> str | AnyResponse:
 @bp.get("/avatar.glb")
 def file() -> Response:
     """The body as a file."""
-    return glb(make_avatar(_wanted() or abort(404)))
+    return glb(_shown())
 
 
 @bp.get("/avatar/<any(front, profile):side>.png")
 def side(side: Side) -> Response:
     """The body from one side."""
-    return picture(make_avatar(_wanted() or abort(404)), side)
+    return picture(_shown(), side)
 
 
 def _wanted() -> AvatarRequest | None:
@@ -166,6 +183,14 @@ def _wanted() -> AvatarRequest | None:
         return Typed.of(session.get("typed", {})).read(limits())
     except Refused:
         return None
+
+
+def _shown() -> Avatar:
+    """The avatar of the session; without one, there is nothing here."""
+    try:
+        return make_avatar(_wanted() or abort(404))
+    except Refused:
+        abort(404)
 
 
 def limits() -> dict[BodyKind, Limits]:

@@ -216,7 +216,10 @@ def _avatar_operation(
         "400": _problem("The body is not JSON."),
         "413": _problem("The body is too large."),
         "415": _problem("The content type is not application/json."),
-        "422": _problem("Values that cannot be; `errors` names each."),
+        "422": _problem(
+            "Values that cannot be; `errors` names each. Values that are each within their "
+            "range but that no body has together are `contradictory`, at `measurements`."
+        ),
     }
     operation = _operation(name, summary, answer, refusals | (others or {}))
     operation["requestBody"] = {
