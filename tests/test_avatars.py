@@ -155,12 +155,23 @@ def unavailable(*args, **kwargs):
 
 def test_a_server_that_cannot_draw_says_so_and_serves_the_rest(shopper, monkeypatch):
     monkeypatch.setattr(avatars, "render_png", unavailable)
-    avatars.why_no_pictures.cache_clear()
-    try:
-        assert shopper.get("/avatar").status_code == 200
-        assert "cannot draw pictures" in text(shopper.page)
+    avatars.draw_once.cache_clear()
+    assert shopper.get("/avatar").status_code == 200
+    assert "cannot draw pictures" in text(shopper.page)
+    assert list(shopper.page.iter("img")) == []
+    assert shopper.get("/avatar.glb").status_code == 200
+    assert shopper.get("/avatar/front.png").status_code == 503
+
+
+def test_a_server_that_can_draw_again_does_so_and_tries_no_more(shopper, monkeypatch):
+    drawn = []
+    avatars.draw_once.cache_clear()
+    with monkeypatch.context() as broken:
+        broken.setattr(avatars, "render_png", unavailable)
+        shopper.get("/avatar")
         assert list(shopper.page.iter("img")) == []
-        assert shopper.get("/avatar.glb").status_code == 200
-        assert shopper.get("/avatar/front.png").status_code == 503
-    finally:
-        avatars.why_no_pictures.cache_clear()
+    monkeypatch.setattr(avatars, "render_png", lambda *args, **options: drawn.append(options))
+    for _ in range(2):
+        shopper.get("/avatar")
+        assert len(list(shopper.page.iter("img"))) == 3
+    assert len(drawn) == 1

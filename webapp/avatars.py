@@ -130,13 +130,24 @@ def picture(avatar: Avatar, side: Side) -> Response:
 
 
 @functools.cache
-def why_no_pictures() -> str:
-    """Why this machine cannot draw pictures; "" if it can. Asked once: drawing warms up too."""
+def draw_once() -> None:
+    """Draw a small picture, unless one was drawn before: this warms up too.
+
+    Raises
+    ------
+    RenderingUnavailable
+        As often as it is asked, until a picture succeeds.
+    """
     neutral = estimators()["neutral"]
     low, high = neutral.limits["stature"]
     body = neutral.estimate(MeasurementSet({"stature": (low + high) / 2}))
+    render_png(body, "front", size=(60, 120))
+
+
+def why_no_pictures() -> str:
+    """Why this machine cannot draw pictures; "" if it can."""
     try:
-        render_png(body, "front", size=(60, 120))
+        draw_once()
     except RenderingUnavailable as problem:
         current_app.logger.warning("no pictures: %s", problem)
         return str(problem)
