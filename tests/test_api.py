@@ -156,9 +156,11 @@ def test_inches_and_pounds_make_the_same_body(call):
         assert other["path"] == one["path"]
 
 
-@pytest.mark.parametrize("fit", ["linear", "tape"])
-def test_both_fits_are_answered(call, fit):
-    assert call("/api/v1/avatars", WOMAN | {"fit": fit}).status_code == 200
+def test_both_fits_are_answered_with_the_linear_estimate_as_the_description_says(call, description):
+    linear, tape = (call("/api/v1/avatars", WOMAN | {"fit": fit}) for fit in ("linear", "tape"))
+    assert linear.json == tape.json == call("/api/v1/avatars", WOMAN).json
+    fit = description["components"]["schemas"]["AvatarRequest"]["properties"]["fit"]
+    assert "not offered yet, and answered as linear" in fit["description"]
 
 
 @pytest.mark.parametrize("body", BODY_KINDS)

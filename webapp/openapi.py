@@ -97,7 +97,13 @@ def _schemas() -> dict[str, Schema]:
             "description": "Any of these, at least stature, within the ranges that "
             "/api/v1/measurements gives for the body; other values are refused with 422.",
         },
-        "fit": {"enum": ["tape", "linear"], "default": "tape"},
+        "fit": {
+            "enum": ["tape", "linear"],
+            "default": "tape",
+            "description": "Linear: the estimate as learned, which need not measure what was "
+            "entered. Tape: the body bent to the entered values; not offered yet, and answered "
+            "as linear.",
+        },
     }
     camera = {
         name: {"type": "number", "minimum": low, "maximum": high, "description": "Metres."}
