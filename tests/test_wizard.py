@@ -6,7 +6,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from model.anthropometry import TAKEN
-from model.measurements import MEASUREMENTS
+from model.measurements import BODY_KINDS, MEASUREMENTS
 
 WOMAN = {"body": "female", "units": "metric", "stature": "168", "waist_girth": "74,5"}
 
@@ -37,6 +37,16 @@ def test_the_form_asks_for_every_measurement_that_is_taken(client):
     for name in TAKEN:
         hint = client.page.find(f".//p[@id='{name}-how']")
         assert text(hint).startswith(MEASUREMENTS[name].how_to)
+
+
+@pytest.mark.parametrize("kind", BODY_KINDS)
+def test_the_form_asks_each_kind_of_body_what_the_table_says(client, kind):
+    client.get("/")
+    asked = {
+        field.get("name") for field in client.page.iter("input") if field.get("type") == "text"
+    }
+    said = {name for name, row in MEASUREMENTS.items() if kind in row.in_wizard}
+    assert asked == said & set(TAKEN)
 
 
 def test_the_form_says_which_waist_and_which_inseam(client):

@@ -18,6 +18,9 @@ from webapp.units import UNITS, Units
 Limits = Mapping[str, tuple[float, float]]
 """What an adult can plausibly measure: name to lowest and highest value, SI."""
 
+FORM = tuple(name for name in TAKEN if MEASUREMENTS[name].in_wizard)
+"""The measurements that a person can type, in the table's order."""
+
 BODY_MEMBERS = ("body", "units", "measurements", "fit")
 FILE_MEMBERS = (*BODY_MEMBERS, "morph_targets")
 PICTURE_MEMBERS = (*BODY_MEMBERS, "silhouette", "camera", "facing")
@@ -80,7 +83,7 @@ class Typed:
     @classmethod
     def of(cls, fields: Mapping[str, Any]) -> Self:
         """From the posted form, or from what `fields` gave the session earlier."""
-        answers = {name: _printable(str(fields.get(name) or "")) for name in TAKEN}
+        answers = {name: _printable(str(fields.get(name) or "")) for name in FORM}
         body, chosen = fields.get("body"), fields.get("units")
         return cls(
             body=body if body in BODY_KINDS else "",

@@ -1,7 +1,7 @@
 """The words of self-measuring that the table of measurements does not hold."""
 
-from model.anthropometry import TAKEN
 from model.measurements import BodyKind
+from webapp.forms import FORM
 
 BODY_WORDS: dict[BodyKind, tuple[str, str]] = {
     "female": ("A woman", "Estimated from women’s bodies"),
@@ -12,7 +12,7 @@ BODY_WORDS: dict[BodyKind, tuple[str, str]] = {
 FIRST = ("stature", "weight", "bust_girth", "waist_girth", "abdomen_girth", "hip_girth")
 """What tells most about a body, and what most people know."""
 
-REST = tuple(name for name in TAKEN if name not in FIRST)
+REST = tuple(name for name in FORM if name not in FIRST)
 """The others, in the table's order."""
 
 USUAL_MISTAKES = {
