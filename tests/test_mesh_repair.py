@@ -481,6 +481,31 @@ def test_a_body_with_much_damage_is_mended(seed):
     mended(mesh)
 
 
+def crumpled(seed) -> tuple[np.ndarray, np.ndarray]:
+    """Faces and vertices of a ball with some vertices joined at random, however far apart."""
+    rng = np.random.default_rng(seed)
+    small = trimesh.creation.icosphere(1)
+    faces = small.faces.copy()
+    for _ in range(rng.integers(1, 6)):
+        lost, kept = rng.choice(len(small.vertices), 2, replace=False)
+        faces = np.where(faces == lost, kept, faces)
+    return faces, small.vertices
+
+
+def test_whatever_comes_is_made_sound_or_refused():
+    refused = 0
+    for seed in range(100):
+        faces, points = crumpled(seed)
+        try:
+            repaired = repair(faces, points)
+        except UnrepairableMeshError:
+            refused += 1
+            continue
+        assert_sound(repaired.apply(points), repaired.faces)
+        assert_nothing_left_to_do(repaired.apply(points), repaired)
+    assert refused < 5
+
+
 # ---------------------------------------------------------------- pieces
 
 
@@ -596,6 +621,13 @@ def test_a_surface_of_one_side_is_refused():
     finding = refusal(faces, points).finding
     assert finding.what == "faces of one side only"
     assert finding.element == "face"
+
+
+@pytest.mark.parametrize(
+    ("seed", "said"), [(6, "faces around nothing"), (574, "faces without a partner, at edges")]
+)
+def test_what_has_no_inside_that_could_be_told_is_refused(seed, said):
+    assert refusal(*crumpled(seed)).finding.what == said
 
 
 def test_a_surface_around_nothing_is_refused():

@@ -380,7 +380,6 @@ def _finish(reading: _Reading) -> RepairedMesh:
     _, first, vertex = np.unique(corners, return_index=True, return_inverse=True)
     order = np.lexsort((first, old[first]))
     split = np.diff(old[first][order], prepend=-1) == 0
-    doubled = old[first][order[split]]
     order = np.concatenate([order[~split], order[split]])
     sources = old[first][order]
     unused = np.setdiff1d(np.arange(len(mesh.points)), sources)
@@ -389,7 +388,7 @@ def _finish(reading: _Reading) -> RepairedMesh:
     mesh.note("stray faces, dropped", "face", mesh.sources[reading.stray[cells.group]])
     mesh.note("faces turned", "face", turned)
     mesh.note("edges of more than two faces, parted", "edge", reading.halves.edges[crowded])
-    mesh.note("vertices of more than one fan, split", "vertex", doubled)
+    mesh.note("vertices of more than one fan, split", "vertex", sources[(~split).sum() :])
     mesh.note("vertices without a face, dropped", "vertex", unused)
     return RepairedMesh(
         faces=np.argsort(order)[vertex].reshape(-1, 3),
