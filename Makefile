@@ -10,7 +10,8 @@
 #                    (ARGS="--survey-rows FOLDER": their errors on real people too)
 #   make licences    docs/licences.md, from the metadata of what is installed
 #   make lock        the lock files, from pyproject.toml
-#   make clean       remove whatever these targets installed or built
+#   make clean       remove environments, packages and built files (not the secret in instance/,
+#                    nor the fitted bodies in build/)
 #
 # NO_INSTALL=1 keeps them from installing system packages: they name the package instead.
 

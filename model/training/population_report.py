@@ -16,6 +16,7 @@ from model.training.person_fit import RELAXED, TOLERANCES, USUAL_TOLERANCE, targ
 from model.training.population import Population
 from model.training.survey import (
     BODY_MASS_INDEX,
+    INDEX_BANDS,
     SEXES,
     SURVEY_TAPES,
     Sex,
@@ -147,11 +148,10 @@ def draw_sheet(population: Population, chosen: list[list[int]]) -> Image.Image:
 def _how_many(population: Population) -> str:
     tally = json.loads((DATA / "population.json").read_text(encoding="utf-8"))
     index = population.taken[:, 1] / population.taken[:, 0] ** 2
-    bands = [16, 18.5, 25, 30, 35, 40, 51]
     rows = []
     for sex in SEXES:
         mine = index[population.of(sex)]
-        counts, _ = np.histogram(mine, bands)
+        counts, _ = np.histogram(mine, INDEX_BANDS)
         rows.append([sex, str(len(mine)), *map(str, counts)])
     held = int(population.held_out.sum())
     basis = load_shape_basis()
@@ -165,7 +165,8 @@ def _how_many(population: Population) -> str:
             "two reasons:",
             "\n".join(f"- {reason}: {count}" for reason, count in tally["rejected"].items()),
             table(
-                ["", "kept"] + [f"index {low:g} to {high:g}" for low, high in pairwise(bands)],
+                ["", "kept"]
+                + [f"index {low:g} to {high:g}" for low, high in pairwise(INDEX_BANDS)],
                 rows,
             ),
         ]

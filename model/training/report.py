@@ -11,9 +11,8 @@ from model.geometry import Floats
 from model.measurements import MEASUREMENTS
 from model.training.population import Population, load_population
 from model.training.population_report import table, write_population_report
-from model.training.survey import SEXES
+from model.training.survey import INDEX_BANDS, SEXES
 from model.training.validation import (
-    BANDS,
     ENTERED,
     FROM_SURVEY,
     Errors,
@@ -79,7 +78,7 @@ def _held_out(population: Population) -> str:
             "With everything entered, by measurement, in mm (weight in kg):",
             table(["", "measurement", "bias", "mean error", "95 %", "largest"], by_name),
             "With everything entered, mean vertex distance (mm) by band of body-mass index:",
-            table(["", *[f"{a:g} to {b:g}" for a, b in pairwise(BANDS)]], by_band),
+            table(["", *[f"{a:g} to {b:g}" for a, b in pairwise(INDEX_BANDS)]], by_band),
         ]
     )
 
@@ -155,7 +154,7 @@ def _name_row(sex: str, name: str, misses: Floats) -> list[str]:
 
 def _bands(errors: Errors, index: Floats) -> list[str]:
     cells = []
-    for low, high in pairwise(BANDS):
+    for low, high in pairwise(INDEX_BANDS):
         mine = errors.vertices[(index >= low) & (index < high)]
         cells.append(f"{mine.mean() * 1e3:.1f} ({len(mine)})" if len(mine) else "none")
     return cells

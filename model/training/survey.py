@@ -212,6 +212,10 @@ class People:
 BODY_MASS_INDEX = (16.0, 50.0)
 """The range that the population covers, in kg/m²."""
 
+INDEX_BANDS = (16.0, 18.5, 25.0, 30.0, 35.0, 40.0, 51.0)
+"""Edges of the bands in which errors are shown, in kg/m²: those of the World Health
+Organization's classes, with room for misses of the weight at the upper end."""
+
 WIDE_SHARE = 0.6
 """The share of people whose index is drawn evenly (in its logarithm) over the whole range;
 the others' follows the survey."""

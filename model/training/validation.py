@@ -46,8 +46,6 @@ FROM_SURVEY: Mapping[str, tuple[str, ...]] = {
 """Measurements that a real person of the survey has: a column, or one less another."""
 
 REAL_PER_SEX = 100
-BANDS = (16.0, 18.5, 25.0, 30.0, 35.0, 40.0, 51.0)
-"""Edges of the bands of body-mass index, in kg/m²."""
 
 
 @dataclass(frozen=True, eq=False)
