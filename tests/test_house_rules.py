@@ -202,7 +202,9 @@ def test_every_file_has_a_subject():
 
 
 def test_no_file_eats_the_project():
-    lines = {str(f.relative_to(ROOT)): f.read_text().count("\n") for f in python_files()}
+    """Of the tests there is one file a module, so they are left out here."""
+    files = [file for file in python_files() if file.parent.name != "tests"]
+    lines = {str(file.relative_to(ROOT)): file.read_text().count("\n") for file in files}
     assert {name: count for name, count in lines.items() if count > 450} == {}
 
 
