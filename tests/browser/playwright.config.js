@@ -9,12 +9,13 @@
 import { execFileSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import path from "node:path";
+import { fileURLToPath } from "node:url";
 
 import { defineConfig } from "@playwright/test";
 
 import { launchOptions } from "./chromium.js";
 
-const root = path.resolve(import.meta.dirname, "../..");
+const root = path.resolve(path.dirname(fileURLToPath(import.meta.url)), "../..");
 
 // This file is read again by every worker: what is set in the environment, all of them share.
 process.env.TEST_PORT ??= freePort();
