@@ -205,3 +205,20 @@ def shuffled(mesh: Damaged, rng) -> Damaged:
 
 
 # ---------------------------------------------------------------- what a repair must be
+
+
+def joined(*meshes):
+    """Several meshes as one: faces and points."""
+    whole = trimesh.util.concatenate(meshes)
+    return np.asarray(whole.faces), np.asarray(whole.vertices)
+
+
+def crumpled(seed) -> tuple[np.ndarray, np.ndarray]:
+    """Faces and vertices of a ball with some vertices joined at random, however far apart."""
+    rng = np.random.default_rng(seed)
+    small = trimesh.creation.icosphere(1)
+    faces = small.faces.copy()
+    for _ in range(rng.integers(1, 6)):
+        lost, kept = rng.choice(len(small.vertices), 2, replace=False)
+        faces = np.where(faces == lost, kept, faces)
+    return faces, small.vertices

@@ -50,6 +50,8 @@ LOCAL_SPREAD = 0.35
 """How far the fit may move sliders and local changes from their draw, as deviations."""
 
 LOCAL_DRAW = 0.2
+"""The deviation of drawn local changes. These three, the ends below and the draws of
+`draw_sliders` were chosen on sheets of rendered bodies: as varied as still looks like people."""
 
 SLIDER_ENDS: Mapping[str, tuple[float, float]] = {
     # Anny's ends are not the population's: a little beyond them its shapes are carried on
@@ -92,7 +94,15 @@ class FittedBody:
 
 @dataclass(frozen=True)
 class Draw:
-    """What a person is besides their measurements: ndarrays of the start and its bounds."""
+    """What a person is besides their measurements.
+
+    Attributes
+    ----------
+    fixed : sex, age and ancestry, by slider.
+    start : ndarray of shape (S,), the drawn sliders and local changes, as in `FittedBody`.
+    low, high : ndarrays of shape (S,), their ends.
+    spread : ndarray of shape (S,), how far a fit may move each, as deviations.
+    """
 
     fixed: Mapping[str, float]
     start: Floats

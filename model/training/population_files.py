@@ -51,7 +51,16 @@ MOST_STRAINED = 12
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """All fitted bodies: arrays that lead with the person, and who was rejected why."""
+    """All fitted bodies, the rejected ones too.
+
+    Attributes
+    ----------
+    sexes : ndarray of shape (n,), 0 female and 1 male, as in `SEXES`.
+    vertices : ndarray of shape (n, V, 3), metres.
+    drawn, taken : ndarrays of shape (n, C), what was asked and what the body measures, SI.
+    log_odds : ndarray of shape (n,), see `People`.
+    rejected : by reason, ndarray of shape (n,): whether a body is rejected for it.
+    """
 
     sexes: NDArray[np.uint8]
     vertices: NDArray[np.float32]
@@ -61,6 +70,7 @@ class Fitted:
     rejected: dict[str, Booleans]
 
     def kept(self) -> Booleans:
+        """Whether each body is kept: ndarray of shape (n,)."""
         return ~np.any(list(self.rejected.values()), axis=0)
 
 
@@ -100,7 +110,16 @@ def read_fitted(chunks: Iterable[tuple[Sex, Path]], template: TemplateMesh) -> F
 
 
 def overlap(template: TemplateMesh, vertices: Floats) -> float:
-    """How deeply the left arm enters the trunk or leg, or the left leg the right, in metres."""
+    """How deeply the left arm enters the trunk or leg, or the left leg the right.
+
+    Parameters
+    ----------
+    vertices : ndarray of shape (V, 3), metres; symmetric, so that the left side says it all.
+
+    Returns
+    -------
+    float, metres; 0 where nothing overlaps.
+    """
 
     def used(*parts: str) -> NDArray[np.int32]:
         return np.unique(template.faces[template.faces_of(*parts)])

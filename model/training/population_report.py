@@ -14,6 +14,7 @@ from model.shape_basis import load_shape_basis
 from model.template_mesh import DATA, Body, load_template_mesh
 from model.training.person_fit import RELAXED, TOLERANCES, USUAL_TOLERANCE, targets
 from model.training.population import Population
+from model.training.population_files import FORM_COLUMNS
 from model.training.survey import (
     BODY_MASS_INDEX,
     INDEX_BANDS,
@@ -23,16 +24,7 @@ from model.training.survey import (
     load_statistics,
 )
 
-CORRELATED = (
-    "stature",
-    "weightkg",
-    "chestcircumference",
-    "waistcircumference",
-    "buttockcircumference",
-    "thighcircumference",
-    "neckcircumference",
-    "crotchheight",
-)
+CORRELATED = ("stature", "weightkg", *FORM_COLUMNS[1:])
 AIM = 0.005
 """The mean miss that the fit aims at, in metres."""
 
