@@ -1,9 +1,6 @@
 """A body as pictures, front and profile: the only file that imports pyrender.
 
-The camera stands at `distance` from the body's vertical axis and looks level from `height`, as a
-person with a telephone does who does not tilt it. The picture's frame is shifted, not the camera,
-so that soles and crown are in it. Pixels are counted from the picture's upper left corner; a
-pixel's middle lies at a half.
+Where the camera stands and what it makes of points is told in `cameras`.
 """
 
 from __future__ import annotations
@@ -14,28 +11,21 @@ import threading
 import zlib
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from PIL import Image, ImageChops
 
 from model.appearance import GARMENT_COLOUR, SKIN_COLOUR, DressedBody, dress, linear
+from model.cameras import USUAL_CAMERA, Camera, Facing, Projection, Side, project
+from model.geometry import Floats
 from model.template_mesh import Body
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
-Side = Literal["front", "profile"]
-Facing = Literal["right", "left"]
 Result = TypeVar("Result")
-
-# Metres. Nearer, the lens would touch a large body's belly; farther, perspective no longer matters.
-DISTANCES = (1.0, 10.0)
-HEIGHTS = (0.0, 3.0)
-
-# The picture's edge stays free by this share of its width and height on every side.
-MARGIN = 0.04
 
 # Points of a finer grid per pixel's side, averaged: a smooth outline.
 FINENESS = 2
@@ -55,84 +45,55 @@ class RenderingUnavailable(RuntimeError):
     """Pictures cannot be drawn on this machine: OSMesa or what leads to it is missing."""
 
 
-@dataclass(frozen=True, slots=True)
-class Camera:
-    """Where a picture is taken from, in metres.
+@dataclass(frozen=True, eq=False)
+class Painted:
+    """A surface in its colours, before any light falls on it.
 
-    distance : from the body's vertical axis
-    height : above the floor
+    positions : ndarray of shape (N, 3), metres
+    normals : ndarray of shape (N, 3), of length 1
+    coats : faces (n, 3) that index the points, and their colour, sRGB from 0 to 1: one for all,
+        (3,), or one for each point, (N, 3)
+    """
+
+    positions: Floats
+    normals: Floats
+    coats: Sequence[tuple[NDArray[np.int32], ArrayLike]]
+
+
+@dataclass(frozen=True, eq=False)
+class Photograph:
+    """A picture, and how far away what it shows is.
+
+    picture : RGB
+    depths : ndarray of shape (FINENESS · height, FINENESS · width), metres along the way that the
+        camera looks; infinite where there is nothing
+    """
+
+    picture: Image.Image
+    depths: NDArray[np.float32]
+
+
+def photograph(painted: Painted, projection: Projection, size: tuple[int, int]) -> Photograph:
+    """A lit surface before the plain backdrop; size is width and height in pixels.
 
     Raises
     ------
-    ValueError
-        If either lies outside `DISTANCES` or `HEIGHTS`.
+    RenderingUnavailable
+        If this machine lacks OSMesa; the message says what is missing.
     """
-
-    distance: float = 3.0
-    height: float = 0.9
-
-    def __post_init__(self) -> None:
-        for name, value, (low, high) in (
-            ("distance", self.distance, DISTANCES),
-            ("height", self.height, HEIGHTS),
-        ):
-            if not low <= value <= high:
-                raise ValueError(f"camera {name} {value} m is not from {low} to {high} m")
+    drawn = _draw(painted.positions, _lit(painted, projection), projection, size, FINENESS, True)
+    picture = _before(Image.new("RGB", size, BACKDROP), drawn)
+    depths = np.full((FINENESS * size[1], FINENESS * size[0]), np.inf, dtype=np.float32)
+    left, top = (FINENESS * low for low in drawn.corner)
+    high, wide = drawn.depths.shape
+    depths[top : top + high, left : left + wide] = np.where(drawn.depths > 0, drawn.depths, np.inf)
+    return Photograph(picture, depths)
 
 
-@dataclass(frozen=True, slots=True)
-class Projection:
-    """What a camera makes of points: `pixels(points)`.
-
-    right, towards : ndarrays of shape (3,), the picture's right and the way to the camera
-    focal : pixels for a slope of one
-    column, row : the pixel that the camera looks at, level
-    """
-
-    camera: Camera
-    right: NDArray[np.float64]
-    towards: NDArray[np.float64]
-    focal: float
-    column: float
-    row: float
-
-    def pixels(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Where points, (n, 3) in metres, fall in the picture: (n, 2), column and row."""
-        across, up = _slopes(points, self.camera, self.right, self.towards)
-        return np.column_stack([self.column + self.focal * across, self.row - self.focal * up])
-
-
-def project(
-    vertices: NDArray[np.float64],
-    side: Side,
-    *,
-    size: tuple[int, int] = (600, 1200),
-    camera: Camera = Camera(),
-    facing: Facing = "right",
-) -> Projection:
-    """The projection that `render_png` uses for these vertices, (V, 3) in metres.
-
-    Front and profile have one scale, the larger that both fit into the frame with.
-    """
-    axes = {name: _axes(name, facing) for name in ("front", "profile")}
-    spans = {}
-    for name, (right, towards) in axes.items():
-        across, up = _slopes(vertices, camera, right, towards)
-        spans[name] = across.min(), across.max(), up.min(), up.max()
-    width, height = size
-    free = 1 - 2 * MARGIN
-    focal = min(
-        min(free * width / (most - least), free * height / (top - bottom))
-        for least, most, bottom, top in spans.values()
-    )
-    least, most, bottom, top = spans[side]
-    return Projection(
-        camera,
-        *axes[side],
-        focal=float(focal),
-        column=float(width / 2 - focal * (least + most) / 2),
-        row=float(height / 2 + focal * (bottom + top) / 2),
-    )
+def in_underwear(dressed: DressedBody) -> Painted:
+    """A dressed body in the colours of its skin and garment."""
+    coats = [(dressed.skin, SKIN_COLOUR), (dressed.garment, GARMENT_COLOUR)]
+    return Painted(dressed.positions, dressed.normals, coats)
 
 
 def render_png(
@@ -141,7 +102,7 @@ def render_png(
     *,
     size: tuple[int, int] = (600, 1200),
     silhouette: bool = False,
-    camera: Camera = Camera(),
+    camera: Camera = USUAL_CAMERA,
     facing: Facing = "right",
 ) -> bytes:
     """A picture of the body in its plain underwear, as the bytes of a PNG file.
@@ -167,54 +128,44 @@ def render_png(
     return _png(_picture(dressed, projection, size))
 
 
-def _axes(side: str, facing: Facing) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The picture's right and the way towards the camera, in the body's axes."""
-    if side == "front":
-        return np.array([1.0, 0, 0]), np.array([0, 0, 1.0])
-    if facing == "right":  # the camera is at the person's right hand, at -X
-        return np.array([0, 0, 1.0]), np.array([-1.0, 0, 0])
-    return np.array([0, 0, -1.0]), np.array([1.0, 0, 0])
-
-
-def _slopes(
-    points: NDArray[np.float64],
-    camera: Camera,
-    right: NDArray[np.float64],
-    towards: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Sideways and upwards per metre of depth, as the camera sees points."""
-    depth = camera.distance - points @ towards
-    return points @ right / depth, (points[:, 1] - camera.height) / depth
-
-
 # ---- what the pictures show -------------------------------------------------------------------
 
 
 def _silhouette(dressed: DressedBody, projection: Projection, size: tuple[int, int]) -> Image.Image:
     picture = Image.new("L", size)
     white = np.ones_like(dressed.positions)
-    drawn, corner = _draw(dressed, white, white, projection, size)
-    picture.paste(Image.fromarray(drawn[:, :, 0]), corner)
+    coats = [(dressed.skin, white), (dressed.garment, white)]
+    drawn = _draw(dressed.positions, coats, projection, size)
+    picture.paste(Image.fromarray(drawn.colours[:, :, 0]), drawn.corner)
     return picture
 
 
 def _picture(dressed: DressedBody, projection: Projection, size: tuple[int, int]) -> Image.Image:
-    light = _light(dressed, projection)
-    skin, garment = (_srgb(linear(colour) * light) for colour in (SKIN_COLOUR, GARMENT_COLOUR))
-    drawn, corner = _draw(dressed, skin, garment, projection, size, FINENESS)
+    coats = _lit(in_underwear(dressed), projection)
+    drawn = _draw(dressed.positions, coats, projection, size, FINENESS)
+    return _before(_backdrop(dressed, projection, size), drawn)
+
+
+def _before(backdrop: Image.Image, drawn: _Drawn) -> Image.Image:
+    """What was drawn `FINENESS` times as fine, before a backdrop, which is painted over."""
     # The body was drawn on black, so that its edge pixels hold no more than their share of it.
-    fine = Image.fromarray(drawn)
+    fine = Image.fromarray(drawn.colours)
     person = fine.reduce(FINENESS)
     cover = fine.getchannel("R").point(_COVERED).reduce(FINENESS)
-    picture = _backdrop(dressed, projection, size)
-    box = (*corner, corner[0] + person.width, corner[1] + person.height)
+    left, top = drawn.corner
+    box = (left, top, left + person.width, top + person.height)
     black = Image.new("RGB", person.size)
-    around = Image.composite(black, picture.crop(box), cover)
-    picture.paste(ImageChops.add(person, around), corner)
-    return picture
+    around = Image.composite(black, backdrop.crop(box), cover)
+    backdrop.paste(ImageChops.add(person, around), drawn.corner)
+    return backdrop
 
 
-def _light(dressed: DressedBody, projection: Projection) -> NDArray[np.float64]:
+def _lit(painted: Painted, projection: Projection) -> list[_Coat]:
+    light = _light(painted.normals, projection)
+    return [(faces, _srgb(linear(colour) * light)) for faces, colour in painted.coats]
+
+
+def _light(normals: Floats, projection: Projection) -> Floats:
     """How much light leaves each point towards the camera, per colour: ndarray (N, 3).
 
     Reckoned at the points, some 15 mm apart, instead of at every pixel: the same to the eye for
@@ -222,14 +173,14 @@ def _light(dressed: DressedBody, projection: Projection) -> NDArray[np.float64]:
     above the camera's left shoulder, a weak cool one from the right, light from the ceiling and
     back from the floor, and a little at the edges, which sets the body off from the backdrop.
     """
-    normals, right, towards = dressed.normals, projection.right, projection.towards
+    right, towards = projection.right, projection.towards
     across, up, front = normals @ right, normals[:, 1], normals @ towards
 
-    def lamp(direction: tuple[float, float, float], wrap: float) -> NDArray[np.float64]:
+    def lamp(direction: tuple[float, float, float], wrap: float) -> Floats:
         x, y, z = np.array(direction) / np.linalg.norm(direction)
         return np.maximum(0, (across * x + up * y + front * z + wrap) / (1 + wrap))
 
-    def tint(amount: NDArray[np.float64], colour: tuple[float, float, float]) -> Any:
+    def tint(amount: Floats, colour: tuple[float, float, float]) -> Any:
         return amount[:, None] * np.array(colour)
 
     edge = (1 - np.clip(front, 0, 1)) ** 3
@@ -242,7 +193,7 @@ def _light(dressed: DressedBody, projection: Projection) -> NDArray[np.float64]:
     )
 
 
-def _srgb(light: NDArray[np.float64]) -> NDArray[np.float64]:
+def _srgb(light: Floats) -> Floats:
     """Linear light as sRGB, each from 0 to 1 (IEC 61966-2-1)."""
     c = np.clip(light, 0, 1)
     return np.where(c <= 0.0031308, 12.92 * c, 1.055 * c ** (1 / 2.4) - 0.055)
@@ -274,7 +225,7 @@ def _backdrop(dressed: DressedBody, projection: Projection, size: tuple[int, int
     return picture
 
 
-def _footprints(dressed: DressedBody) -> list[NDArray[np.float64]]:
+def _footprints(dressed: DressedBody) -> list[Floats]:
     low = dressed.positions[dressed.positions[:, 1] < 0.04]
     feet = (low[low[:, 0] >= 0], low[low[:, 0] < 0])
     return [foot for foot in feet if len(foot)]
@@ -288,6 +239,17 @@ def _png(picture: Image.Image) -> bytes:
 
 
 # ---- the one thread that draws ----------------------------------------------------------------
+
+_Coat = tuple[NDArray[np.int32], Floats]
+
+
+@dataclass(frozen=True, eq=False)
+class _Drawn:
+    """A part of a picture: (h, w, 3) sRGB, (h, w) metres or 0, and its upper left corner."""
+
+    colours: NDArray[np.uint8]
+    depths: NDArray[np.float32]
+    corner: tuple[int, int]
 
 
 class _Studio:
@@ -328,8 +290,9 @@ class _Studio:
         corner: tuple[int, int],
         size: tuple[int, int],
         fineness: int,
-    ) -> NDArray[np.uint8]:
-        """The part of a picture from a corner on, `fineness` times as fine: (height, width, 3)."""
+        with_depths: bool,
+    ) -> _Drawn:
+        """The part of a picture from a corner on, `fineness` times as fine."""
         width, height = fineness * size[0], fineness * size[1]
         if width > self._size[0] or height > self._size[1]:
             self._renderer.delete()
@@ -353,8 +316,9 @@ class _Studio:
         self._renderer.viewport_width, self._renderer.viewport_height = width, height
         # Flat: the colours are the points' own, already lit.
         self._renderer.render(scene, pyrender.RenderFlags.FLAT)
-        drawn: NDArray[np.uint8] = self._renderer.read_color_buf()
-        return drawn
+        colours = self._renderer.read_color_buf()
+        depths = self._renderer.read_depth_buf() if with_depths else np.empty((0, 0), np.float32)
+        return _Drawn(colours, depths, corner)
 
 
 _lock = threading.Lock()
@@ -389,31 +353,28 @@ def _in_studio(task: Callable[[_Studio], Result]) -> Result:
 
 
 def _draw(
-    dressed: DressedBody,
-    skin: NDArray[np.float64],
-    garment: NDArray[np.float64],
+    positions: Floats,
+    coats: list[_Coat],
     projection: Projection,
     size: tuple[int, int],
     fineness: int = 1,
-) -> tuple[NDArray[np.uint8], tuple[int, int]]:
-    """The body in the given colours of its points, (N, 3), on black.
+    with_depths: bool = False,
+) -> _Drawn:
+    """Faces in the given colours of all points, (N, 3), on black.
 
-    Returns the smallest part of the picture that holds the body, and its upper left corner: the
-    rest need not be drawn.
+    Draws the smallest part of the picture that holds the points: the rest need not be drawn.
     """
-    positions = dressed.positions.astype(np.float32)
     parts = [
         {
-            "positions": positions,
+            "positions": positions.astype(np.float32),
             "indices": faces.astype(np.uint32),
             "color_0": np.insert(np.maximum(colours, _DARKEST), 3, 1, axis=1).astype(np.float32),
         }
-        for faces, colours in ((dressed.skin, skin), (dressed.garment, garment))
+        for faces, colours in coats
         if len(faces)
     ]
-    pixels = projection.pixels(dressed.positions)
+    pixels = projection.pixels(positions)
     left, top = (int(low) for low in np.maximum(np.floor(pixels.min(axis=0)) - 1, 0))
     right, bottom = (int(high) for high in np.minimum(np.ceil(pixels.max(axis=0)) + 1, size))
-    part = right - left, bottom - top
-    drawn = _in_studio(lambda s: s.draw(parts, projection, (left, top), part, fineness))
-    return drawn, (left, top)
+    corner, part = (left, top), (right - left, bottom - top)
+    return _in_studio(lambda s: s.draw(parts, projection, corner, part, fineness, with_depths))

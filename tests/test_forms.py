@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from model.anthropometry import TAKEN
+from model.cameras import Camera
 from model.measurements import BODY_KINDS, MEASUREMENTS
-from model.rendering import Camera
 from webapp.forms import (
     BODY_MEMBERS,
     FILE_MEMBERS,

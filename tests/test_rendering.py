@@ -13,12 +13,15 @@ import pytest
 import trimesh
 from PIL import Image
 
+from model.appearance import dress
+from model.cameras import MARGIN, Camera, project
 from model.rendering import (
     BACKDROP,
-    MARGIN,
-    Camera,
+    FINENESS,
+    Painted,
     RenderingUnavailable,
-    project,
+    in_underwear,
+    photograph,
     render_png,
 )
 from model.template_mesh import Body, Landmark, TemplateMesh, load_template_mesh
@@ -186,6 +189,35 @@ def test_many_threads_get_the_pictures_that_one_gets(body):
     with ThreadPoolExecutor(8) as threads:
         together = list(threads.map(draw, jobs * 4))
     assert together == alone * 4
+
+
+def test_a_photograph_knows_how_far_away_everything_is():
+    """A box shows the camera one flat side: each of its points is as deep as that side."""
+    box = body_of(trimesh.creation.box((0.5, 1.6, 0.3)))
+    projection = project(box.vertices, "front", size=(150, 300), camera=Camera(2.5, 0.7))
+    painted = in_underwear(dress(box))
+    depths = photograph(painted, projection, (150, 300)).depths
+    assert depths.shape == (300 * FINENESS, 150 * FINENESS)
+    seen = np.isfinite(depths)
+    # The outline as at full size, to within the pixels that it crosses.
+    outline = mask(box, "front", size=(150, 300), camera=Camera(2.5, 0.7))
+    assert (seen[::FINENESS, ::FINENESS] == outline).mean() > 0.98
+    np.testing.assert_allclose(depths[seen], 2.5 - 0.15, atol=1e-4)
+
+
+def test_a_surface_may_have_a_colour_for_each_point():
+    box = body_of(trimesh.creation.box((0.5, 1.6, 0.3)))
+    dressed = dress(box)
+    low = dressed.positions[:, 1] < 0.8
+    red, blue = (0.9, 0.2, 0.2), (0.2, 0.2, 0.9)
+    colours = np.where(low[:, None], red, blue)
+    faces = np.concatenate([dressed.skin, dressed.garment])
+    painted = Painted(dressed.positions, dressed.normals, [(faces, colours)])
+    projection = project(box.vertices, "front", size=(150, 300))
+    pixels = np.asarray(photograph(painted, projection, (150, 300)).picture).astype(int)
+    top, bottom = pixels[30, 75], pixels[270, 75]
+    assert top[2] > top[0] + 50
+    assert bottom[0] > bottom[2] + 50
 
 
 @pytest.mark.parametrize(

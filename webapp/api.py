@@ -7,8 +7,8 @@ from typing import Any
 from flask import Blueprint, Response, abort, jsonify, request
 from werkzeug.exceptions import HTTPException, UnprocessableEntity
 
+from model.cameras import Side
 from model.measurements import BODY_KINDS, MEASUREMENTS
-from model.rendering import Side
 from webapp import openapi, units
 from webapp.avatars import Avatar, glb, limits, make_avatar, picture, rows
 from webapp.forms import (

@@ -18,10 +18,11 @@ from flask import (
 from werkzeug.wrappers import Response as AnyResponse
 
 from model.anthropometry import ImpossibleBodyError, Measured, measure
+from model.cameras import Side
 from model.estimators import Estimator
 from model.gltf import to_glb
 from model.measurements import MEASUREMENTS, BodyKind, MeasurementSet
-from model.rendering import RenderingUnavailable, Side, render_png
+from model.rendering import RenderingUnavailable, render_png
 from model.template_mesh import Body
 from webapp.forms import AvatarRequest, Limits, Refusal, Refused, Typed
 

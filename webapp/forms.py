@@ -10,8 +10,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal, Self, cast
 
 from model.anthropometry import TAKEN
+from model.cameras import DISTANCES, HEIGHTS, Camera
 from model.measurements import BODY_KINDS, MEASUREMENTS, BodyKind, Measurement, MeasurementSet
-from model.rendering import DISTANCES, HEIGHTS, Camera
 from webapp import units
 from webapp.units import UNITS, Units
 

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
+from model.cameras import Side
 from model.geometry import Floats
-from model.rendering import Side, render_png
+from model.rendering import render_png
 from model.shape_basis import load_shape_basis
 from model.template_mesh import DATA, Body, load_template_mesh
 from model.training.person_fit import RELAXED, TOLERANCES, USUAL_TOLERANCE, targets
