@@ -3,7 +3,8 @@
 SI units: metres and kilograms. Names and definitions follow the paper *Estimating Body
 Shapes From Body Measurements* (its tables 1 to 3, section 4.1 and table 4), to which
 weight is added: every shopper knows it. The survey column is the one of ANSUR II
-(Gordon et al. 2014, NATICK/TR-15/007) that comes nearest, with the difference noted.
+(Gordon et al. 2014, NATICK/TR-15/007; definitions: Hotzman et al. 2011, NATICK/TR-11/017)
+that comes nearest, with the difference noted; so is the nearest term of ISO 8559-1:2017.
 """
 
 import csv
@@ -35,7 +36,12 @@ class Measurement:
     in_wizard : the kinds of body whose wizard asks for it.
     source : where the definition comes from.
     ansur2 : the nearest column of the ANSUR II survey, empty where there is none.
-    ansur2_note : how that column differs.
+    ansur2_note : how that column differs, in a few words; ``a less b`` where the survey has
+        the measurement only as the difference of two columns.
+    ansur2_definition : what the survey measured, and how ours differs, in sentences.
+    iso8559 : the nearest term of ISO 8559-1:2017, with its clause where that is known for
+        certain; empty where there is none.
+    iso8559_note : how that measurement differs, in sentences.
     """
 
     name: str
@@ -48,10 +54,21 @@ class Measurement:
     source: str
     ansur2: str
     ansur2_note: str
+    ansur2_definition: str
+    iso8559: str
+    iso8559_note: str
 
     @property
     def unit(self) -> Literal["m", "kg"]:
         return "kg" if self.kind == "mass" else "m"
+
+    @property
+    def survey_columns(self) -> tuple[str, ...]:
+        """The column of ANSUR II; or two of them, the second to be taken from the first."""
+        if self.ansur2:
+            return (self.ansur2,)
+        columns = tuple(self.ansur2_note.split(" less "))
+        return columns if len(columns) == 2 else ()
 
 
 def _read_table() -> dict[str, Measurement]:
@@ -69,6 +86,9 @@ def _read_table() -> dict[str, Measurement]:
                 source=row["source"],
                 ansur2=row["ansur2"],
                 ansur2_note=row["ansur2_note"],
+                ansur2_definition=row["ansur2_definition"],
+                iso8559=row["iso8559"],
+                iso8559_note=row["iso8559_note"],
             )
             for row in csv.DictReader(file)
         ]

@@ -21,6 +21,18 @@ def test_every_row_is_complete(row) -> None:
     assert row.how_to.endswith(".")
     assert row.in_wizard <= set(BODY_KINDS)
     assert row.unit == ("kg" if row.name == "weight" else "m")
+    assert row.iso8559_note.endswith(".") and row.ansur2_definition.endswith(".")
+    assert (row.ansur2_definition == "Not measured.") <= (not row.survey_columns)
+
+
+def test_a_row_names_one_column_of_the_survey_or_two_or_none() -> None:
+    assert MEASUREMENTS["stature"].survey_columns == ("stature",)
+    assert MEASUREMENTS["inseam_height"].survey_columns == (
+        "crotchheight",
+        "lateralmalleolusheight",
+    )
+    assert MEASUREMENTS["waist_girth"].survey_columns == ()
+    assert sum(len(row.survey_columns) > 0 for row in MEASUREMENTS.values()) == 27
 
 
 def test_a_measurement_set_keeps_the_tables_order() -> None:
