@@ -34,7 +34,7 @@ def edges_of(faces: NDArray[Any]) -> Integers:
 
 
 def volume(vertices: Floats, faces: NDArray[Any]) -> Floats:
-    """Volume of closed meshes, by the divergence theorem.
+    """Volume of closed meshes: the sum of signed prisms under their triangles.
 
     Parameters
     ----------
@@ -45,8 +45,12 @@ def volume(vertices: Floats, faces: NDArray[Any]) -> Floats:
     -------
     ndarray of shape (...).
     """
-    a, b, c = (vertices[..., faces[:, corner], :] for corner in range(3))
-    return np.einsum("...fi,...fi->...", a, np.cross(b, c)) / 6
+    x, y, z = (np.ascontiguousarray(vertices[..., axis]) for axis in range(3))
+    a, b, c = np.ascontiguousarray(faces.T)
+    ax, az = x[..., a], z[..., a]
+    # Under each triangle a prism down to the ground: twice its ground area times its height.
+    ground = (z[..., b] - az) * (x[..., c] - ax) - (x[..., b] - ax) * (z[..., c] - az)
+    return np.einsum("...f,...f->...", ground, y[..., a] + y[..., b] + y[..., c]) / 6
 
 
 def volume_gradient(vertices: Floats, faces: NDArray[Any]) -> Floats:
@@ -73,8 +77,60 @@ def volume_gradient(vertices: Floats, faces: NDArray[Any]) -> Floats:
 
 
 @dataclass(frozen=True)
+class Sections:
+    """Where edges of meshes meet planes; row r is one plane through one mesh.
+
+    Attributes
+    ----------
+    points : ndarray of shape (N, 3).
+    rows : ndarray of shape (N,), the row of each point.
+    edges : ndarray of shape (N,), the mesh edge on which each lies.
+    fractions : ndarray of shape (N,), how far along that edge, from its first vertex.
+    """
+
+    points: Floats
+    rows: Integers
+    edges: Integers
+    fractions: Floats
+
+
+def sections(vertices: Floats, edges: Integers, stations: Floats, levels: Floats) -> Sections:
+    """Cuts meshes by parallel planes.
+
+    Parameters
+    ----------
+    vertices : ndarray of shape (B, V, 3).
+    edges : ndarray of shape (E, 2), the edges to be cut.
+    stations : ndarray of shape (B, V), how far each vertex lies along the planes' normal, in
+        any unit.
+    levels : ndarray of shape (P,), the planes' stations, ascending. A vertex on a plane counts
+        as below it.
+
+    Returns
+    -------
+    Sections of B·P rows: the planes of the first mesh, of the second, and so on.
+    """
+    # How many planes lie below each vertex: an edge meets those between its ends' counts.
+    below = np.searchsorted(levels, stations)
+    first, second = below[:, edges[:, 0]], below[:, edges[:, 1]]
+    meshes, cut = np.nonzero(first != second)
+    first, second = first[meshes, cut], second[meshes, cut]
+    counts = np.abs(second - first)
+    repeated = np.repeat(np.arange(len(cut)), counts)
+    step = np.arange(len(repeated)) - np.repeat(np.cumsum(counts) - counts, counts)
+    planes = np.minimum(first, second)[repeated] + step
+    meshes, cut = meshes[repeated], cut[repeated]
+    tail, head = edges[cut].T
+    start = stations[meshes, tail]
+    fractions = (levels[planes] - start) / (stations[meshes, head] - start)
+    points = vertices[meshes, tail]
+    points += fractions[:, None] * (vertices[meshes, head] - points)
+    return Sections(points, meshes * len(levels) + planes, cut, fractions)
+
+
+@dataclass(frozen=True)
 class Hulls:
-    """The convex hulls of plane sections; row r is one plane through one mesh.
+    """The convex hulls of sections.
 
     Corners of all rows follow one another, each row's in order around its hull.
 
@@ -102,76 +158,56 @@ class Hulls:
         return self.points[self.corners(row)]
 
 
-def section_hulls(vertices: Floats, edges: Integers, origins: Floats, normals: Floats) -> Hulls:
-    """Convex hulls of the sections of meshes by planes: what a taut tape goes round.
+def hulls(cut: Sections, normals: Floats) -> Hulls:
+    """Convex hulls of sections: what a taut tape goes round.
 
-    The hull is found for all rows at once: the points of a section are sorted by their
-    angle about their mean, which lies within the hull, and corners that turn inwards are
-    dropped until none does. A corner dropped lies in the triangle of the mean and its two
-    neighbours, so that no corner of the hull is ever lost.
+    Found for all rows at once: the points of a section are sorted by their direction from
+    their mean, which lies within the hull, and corners that turn inwards are dropped until
+    none does. A corner dropped lies in the triangle of the mean and its two neighbours, so
+    that no corner of the hull is ever lost.
 
     Parameters
     ----------
-    vertices : ndarray of shape (B, V, 3).
-    edges : ndarray of shape (E, 2), the edges to be cut.
-    origins : ndarray of shape (B, P, 3), a point of each plane.
-    normals : ndarray of shape (B, P, 3), the unit normal of each plane.
-
-    Returns
-    -------
-    Hulls of B·P rows: the planes of the first mesh, of the second, and so on.
+    normals : ndarray of shape (R, 3), the unit normal of each row's plane.
     """
-    planes = origins.shape[1]
-    row_count = len(vertices) * planes
-    heights = normals @ vertices.transpose(0, 2, 1)
-    heights -= np.einsum("bpi,bpi->bp", origins, normals)[..., None]
-    heights = heights.reshape(row_count, -1)
-    above = heights > 0
-    rows, cut = np.nonzero(above[:, edges[:, 0]] != above[:, edges[:, 1]])
-    low, high = edges[cut].T
-    fractions = heights[rows, low] / (heights[rows, low] - heights[rows, high])
-    starts = vertices[rows // planes, low]
-    points = starts + fractions[:, None] * (vertices[rows // planes, high] - starts)
-
-    counts = np.bincount(rows, minlength=row_count)
-    centres = (
-        np.stack(
-            [np.bincount(rows, weights=points[:, axis], minlength=row_count) for axis in range(3)],
-            axis=1,
-        )
-        / np.maximum(counts, 1)[:, None]
-    )
-    offsets = points - centres[rows]
-    right, up = _plane_axes(normals.reshape(-1, 3))
-    flat = np.stack(
-        [
-            np.einsum("ni,ni->n", offsets, right[rows]),
-            np.einsum("ni,ni->n", offsets, up[rows]),
-        ],
-        axis=1,
-    )
-    order = np.lexsort((np.arctan2(flat[:, 1], flat[:, 0]), rows))
-    flat, rows = flat[order], rows[order]
-    distinct = np.ones(len(rows), dtype=bool)
-    distinct[1:] = (rows[1:] != rows[:-1]) | (np.abs(np.diff(flat, axis=0)).max(1) > COINCIDENT)
-    flat, rows, order = flat[distinct], rows[distinct], order[distinct]
-    while True:
-        after = _next_in_row(rows, row_count)
-        steps = flat[after] - flat
-        turns = np.empty(len(rows))
-        turns[after] = steps[:, 0] * steps[after, 1] - steps[:, 1] * steps[after, 0]
-        outward = turns > 0
-        if outward.all():
-            break
-        flat, rows, order = flat[outward], rows[outward], order[outward]
-    lengths = np.hypot(steps[:, 0], steps[:, 1])
+    count = len(normals)
+    rows = cut.rows
+    right, up = _plane_axes(normals)
+    flat = np.stack([np.einsum("ni,ni->n", cut.points, axes[rows]) for axes in (right, up)], axis=0)
+    sizes = np.maximum(np.bincount(rows, minlength=count), 1)
+    flat -= np.array([np.bincount(rows, axis, count) / sizes for axis in flat])[:, rows]
+    order = np.argsort(rows + _turn(*flat))
+    x, y = flat[:, order]
+    rows = rows[order]
+    after = _next_in_row(rows, count)
+    distinct = (np.abs(x[after] - x) > COINCIDENT) | (np.abs(y[after] - y) > COINCIDENT)
+    x, y, rows, order = x[distinct], y[distinct], rows[distinct], order[distinct]
+    # Rows are done when a pass drops none of their corners.
+    corners = np.arange(len(rows))
+    kept = np.ones(len(rows), dtype=bool)
+    while len(corners):
+        outward = _turns(x[corners], y[corners], rows[corners], count) > 0
+        kept[corners[~outward]] = False
+        unfinished = np.zeros(count, dtype=bool)
+        unfinished[rows[corners[~outward]]] = True
+        corners = corners[outward & unfinished[rows[corners]]]
+    x, y, rows, order = x[kept], y[kept], rows[kept], order[kept]
+    after = _next_in_row(rows, count)
+    lengths = np.hypot(x[after] - x, y[after] - y)
     return Hulls(
-        points=points[order],
-        edges=cut[order],
-        fractions=fractions[order],
-        starts=np.searchsorted(rows, np.arange(row_count + 1)),
-        perimeters=np.bincount(rows, lengths, row_count).astype(np.float64),
+        points=cut.points[order],
+        edges=cut.edges[order],
+        fractions=cut.fractions[order],
+        starts=np.searchsorted(rows, np.arange(count + 1)),
+        perimeters=np.bincount(rows, lengths, count).astype(np.float64),
     )
+
+
+def _turn(x: Floats, y: Floats) -> Floats:
+    """A number from 0 up to below 1 that grows with the angle of a direction."""
+    reach = np.abs(x) + np.abs(y)
+    cosine = x / np.maximum(reach, 1e-300)
+    return np.where(y < 0, 3 + cosine, 1 - cosine) / 4.000001
 
 
 def _plane_axes(normals: Floats) -> tuple[Floats, Floats]:
@@ -180,6 +216,15 @@ def _plane_axes(normals: Floats) -> tuple[Floats, Floats]:
     right = np.cross(np.eye(3)[least], normals)
     right /= np.linalg.norm(right, axis=1, keepdims=True)
     return right, np.cross(normals, right)
+
+
+def _turns(x: Floats, y: Floats, rows: Integers, row_count: int) -> Floats:
+    """Twice the signed area of each corner with its neighbours: positive where it is convex."""
+    after = _next_in_row(rows, row_count)
+    along, across = x[after] - x, y[after] - y
+    turns = np.empty(len(rows))
+    turns[after] = along * across[after] - across * along[after]
+    return turns
 
 
 def _next_in_row(rows: Integers, row_count: int) -> Integers:
@@ -191,35 +236,49 @@ def _next_in_row(rows: Integers, row_count: int) -> Integers:
     return after
 
 
-def perimeter_gradient(
-    hulls: Hulls, row: int, vertices: Floats, edges: Integers, normal: Floats
-) -> tuple[Integers, Floats, Floats]:
+@dataclass(frozen=True)
+class PerimeterGradient:
     """The derivative of one hull's perimeter by the mesh and by the plane.
 
-    The normal is held; the hull's corners slide along their edges.
+    Attributes
+    ----------
+    indices : ndarray of shape (2n,), vertex indices; an index may come up repeatedly.
+    by_vertex : ndarray of shape (2n, 3), to be added up by vertex.
+    by_origin : ndarray of shape (3,), by a shift of the plane.
+    by_normal : ndarray of shape (3,), by a change of the plane's unit normal about the origin.
+    """
+
+    indices: Integers
+    by_vertex: Floats
+    by_origin: Floats
+    by_normal: Floats
+
+
+def perimeter_gradient(
+    tied: Hulls, row: int, vertices: Floats, edges: Integers, origin: Floats, normal: Floats
+) -> PerimeterGradient:
+    """The derivative of one hull's perimeter; the hull's corners slide along their edges.
 
     Parameters
     ----------
-    hulls : from :func:`section_hulls`.
+    tied : from :func:`hulls`.
     row : which of them.
     vertices : ndarray of shape (V, 3), the mesh of that row.
-    edges : ndarray of shape (E, 2), as given to :func:`section_hulls`.
-    normal : ndarray of shape (3,), the plane's unit normal.
-
-    Returns
-    -------
-    indices : ndarray of shape (2n,), vertex indices; an index may come up repeatedly.
-    gradient : ndarray of shape (2n, 3), to be added up by vertex.
-    by_offset : ndarray of shape (3,), by the plane's origin.
+    edges : ndarray of shape (E, 2), as given to :func:`sections`.
+    origin, normal : ndarrays of shape (3,), a point of the plane and its unit normal.
     """
-    corners = hulls.corners(row)
-    loop, fractions = hulls.points[corners], hulls.fractions[corners, None]
-    cut = edges[hulls.edges[corners]]
+    corners = tied.corners(row)
+    loop, fractions = tied.points[corners], tied.fractions[corners, None]
+    cut = edges[tied.edges[corners]]
     towards_next = np.roll(loop, -1, axis=0) - loop
     towards_next /= np.linalg.norm(towards_next, axis=1, keepdims=True)
     by_point = np.roll(towards_next, 1, axis=0) - towards_next
     along = vertices[cut[:, 1]] - vertices[cut[:, 0]]
     slide = np.einsum("ni,ni->n", along, by_point) / (along @ normal)
     by_vertex = by_point - slide[:, None] * normal
-    gradient = np.concatenate([(1 - fractions) * by_vertex, fractions * by_vertex])
-    return cut.T.ravel(), gradient, slide.sum() * normal
+    return PerimeterGradient(
+        indices=cut.T.ravel(),
+        by_vertex=np.concatenate([(1 - fractions) * by_vertex, fractions * by_vertex]),
+        by_origin=slide.sum() * normal,
+        by_normal=-slide @ (loop - origin),
+    )

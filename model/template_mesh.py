@@ -5,7 +5,7 @@ Axes and units as in :mod:`model`: metres, +Y up, facing +Z, the person's left a
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from types import MappingProxyType
@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from model.geodesics import Strips, load_strips
 from model.geometry import Booleans, Floats
 from model.measurements import BodyKind
 
@@ -46,6 +47,7 @@ class TemplateMesh:
     part_names : the parts, in the order of their index.
     mirror : ndarray of shape (V,), the vertex on the other side of the body.
     landmarks : the points that measurements run through, by name.
+    strips : the strips of skin that geodesic lengths run over, by the landmarks at both ends.
     """
 
     vertices: Floats
@@ -54,6 +56,7 @@ class TemplateMesh:
     part_names: tuple[str, ...]
     mirror: NDArray[np.int32]
     landmarks: Mapping[str, Landmark]
+    strips: Strips = field(default_factory=dict)
 
     def faces_of(self, *parts: str) -> Booleans:
         """Which faces belong to any of these parts: ndarray of shape (F,).
@@ -83,10 +86,7 @@ class TemplateMesh:
         indices : ndarray of shape (n,), vertex indices.
         weights : ndarray of shape (n,), summing to 1.
         """
-        points = [self.landmarks[name] for name in names]
-        indices = np.concatenate([self.faces[point.face] for point in points])
-        weights = np.concatenate([point.weights for point in points]) / len(points)
-        return indices.astype(np.int64), weights
+        return _landmark_weights(self, names)
 
     def landmark_points(self, vertices: Floats, *names: str) -> Floats:
         """Where the mean point of some landmarks lies.
@@ -119,6 +119,16 @@ class Body:
     kind: BodyKind
 
 
+@lru_cache(maxsize=512)
+def _landmark_weights(
+    template: TemplateMesh, names: tuple[str, ...]
+) -> tuple[NDArray[np.int64], Floats]:
+    points = [template.landmarks[name] for name in names]
+    indices = np.concatenate([template.faces[point.face] for point in points])
+    weights = np.concatenate([point.weights for point in points]) / len(points)
+    return indices.astype(np.int64), weights
+
+
 @lru_cache(maxsize=1)
 def load_template_mesh(folder: Path = DATA) -> TemplateMesh:
     """The shipped template, read once per process.
@@ -127,13 +137,25 @@ def load_template_mesh(folder: Path = DATA) -> TemplateMesh:
     ------
     FileNotFoundError
         Where the shipped data are missing; the message names the file.
+    ValueError
+        Where strips end elsewhere than the landmarks that they are named after.
     """
     with np.load(folder / "template_mesh.npz", allow_pickle=False) as arrays:
-        return template_mesh_from(arrays, folder)
+        template = template_mesh_from(arrays, folder)
+    strips = load_strips(folder / "strips.npz")
+    for way, several in strips.items():
+        ends = [template.landmarks[name] for name in way]
+        for strip in several:
+            same = np.array_equal(strip.ends, template.faces[[end.face for end in ends]])
+            if not same or not np.allclose(strip.weights, [end.weights for end in ends]):
+                raise ValueError(
+                    f"strips.npz was made for other landmarks than {' and '.join(way)}: train again"
+                )
+    return replace(template, strips=strips)
 
 
 def template_mesh_from(arrays: Mapping[str, NDArray[Any]], folder: Path = DATA) -> TemplateMesh:
-    """A template from its saved arrays and the folder's ``landmarks.json``."""
+    """A template from its saved arrays and the folder's ``landmarks.json``, without strips."""
     faces = arrays["faces"].astype(np.int32)
     with (folder / "landmarks.json").open(encoding="utf-8") as file:
         rows = json.load(file)["landmarks"]

@@ -22,13 +22,14 @@ def tube(sides: int = 64, radius: float = 0.3, height: float = 2.0) -> trimesh.T
 
 
 def hulls_of(mesh: trimesh.Trimesh, origin, normal) -> geometry.Hulls:
+    return cut(mesh.vertices.view(np.ndarray), geometry.edges_of(mesh.faces), origin, normal)
+
+
+def cut(vertices, edges, origin, normal) -> geometry.Hulls:
     normal = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
-    return geometry.section_hulls(
-        mesh.vertices[None].view(np.ndarray),
-        geometry.edges_of(mesh.faces),
-        np.asarray([[origin]], dtype=float),
-        normal[None, None],
-    )
+    stations = ((vertices - origin) @ normal)[None]
+    points = geometry.sections(vertices[None], edges, stations, np.zeros(1))
+    return geometry.hulls(points, normal[None])
 
 
 def test_a_tubes_girth_is_its_polygons() -> None:
@@ -93,23 +94,39 @@ def test_the_perimeters_gradient_is_its_difference_quotient() -> None:
     edges, normal = geometry.edges_of(mesh.faces), np.array([0, 1.0, 0])
     origin = np.array([0, 0.123, 0])
 
-    def girth(moved, at):
-        return geometry.section_hulls(moved[None], edges, at[None, None], normal[None, None])
+    def girth(moved, at, upright):
+        return cut(moved, edges, at, upright)
 
-    hulls = girth(vertices, origin)
-    indices, gradient, by_offset = geometry.perimeter_gradient(hulls, 0, vertices, edges, normal)
+    hulls = girth(vertices, origin, normal)
+    slopes = geometry.perimeter_gradient(hulls, 0, vertices, edges, origin, normal)
     direction = random.normal(size=vertices.shape)
     step = 1e-7
-    slope = (
-        girth(vertices + step * direction, origin).perimeters[0]
-        - girth(vertices - step * direction, origin).perimeters[0]
-    ) / (2 * step)
-    assert np.sum(gradient * direction[indices]) == pytest.approx(slope, abs=1e-6)
-    rise = (
-        girth(vertices, origin + step * normal).perimeters[0]
-        - girth(vertices, origin - step * normal).perimeters[0]
-    ) / (2 * step)
-    assert by_offset @ normal == pytest.approx(rise, abs=1e-6)
+
+    def slope(change) -> float:
+        forth, back = (girth(*change(sign * step)).perimeters[0] for sign in (1, -1))
+        return (forth - back) / (2 * step)
+
+    by_vertex = slope(lambda t: (vertices + t * direction, origin, normal))
+    assert np.sum(slopes.by_vertex * direction[slopes.indices]) == pytest.approx(
+        by_vertex, abs=1e-6
+    )
+    by_origin = slope(lambda t: (vertices, origin + t * normal, normal))
+    assert slopes.by_origin @ normal == pytest.approx(by_origin, abs=1e-6)
+    tilt = np.array([0.6, 0.0, -0.8])
+    by_normal = slope(lambda t: (vertices, origin, normal + t * tilt))
+    assert slopes.by_normal @ tilt == pytest.approx(by_normal, abs=1e-6)
+
+
+def test_planes_through_many_meshes_are_rows_in_order() -> None:
+    small, large = tube(radius=0.2), tube(radius=0.4)
+    vertices = np.stack([small.vertices, large.vertices])
+    levels = np.array([-1.0, 0.3, 1.1, 2.5])
+    points = geometry.sections(vertices, geometry.edges_of(small.faces), vertices[..., 1], levels)
+    hulls = geometry.hulls(points, np.tile([0.0, 1.0, 0.0], (8, 1)))
+    girth = 2 * 64 * np.sin(np.pi / 64)
+    expected = [0, 0.2 * girth, 0.2 * girth, 0, 0, 0.4 * girth, 0.4 * girth, 0]
+    assert hulls.perimeters == pytest.approx(expected, abs=1e-12)
+    assert hulls.loop(6)[:, 1] == pytest.approx(1.1)
 
 
 def test_volume_of_closed_forms() -> None:

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from model.anthropometry import Gradient
 from model.geometry import Floats
+from model.tapes import Gradient
 from model.template_mesh import TemplateMesh
 from model.training.anny_population import ANCESTRIES, PHENOTYPES, BlendShapes
 from model.training.survey import BODY_MASS_INDEX, SURVEY_TAPES, Sex

@@ -70,7 +70,7 @@ def _recipe() -> str:
     here = Path(__file__).parent
     sources = ["person_fit.py", "survey.py", "anny_population.py", "population_build.py"]
     files = [here / name for name in sources]
-    files += [DATA.parent / name for name in ("anthropometry.py", "geometry.py")]
+    files += [DATA.parent / name for name in ("anthropometry.py", "tapes.py", "geometry.py")]
     files += [DATA / "landmarks.json", *(statistics_path(sex) for sex in SEXES)]
     digest = hashlib.sha256()
     for file in files:

@@ -14,30 +14,22 @@ from typing import Literal
 
 import numpy as np
 
-from model.anthropometry import TAPES, Extent, Girth, Height, Span, Tape
+from model.anthropometry import ARM, ELBOW, HIP, HIPS, KNEE, LEG, SHOULDER, TAPES, THELIA, TRUNK
 from model.geometry import Floats
+from model.tapes import Extent, Girth, Height, Span, Tape
 from model.template_mesh import DATA
 
 Sex = Literal["female", "male"]
 SEXES: tuple[Sex, Sex] = ("female", "male")
 
-_TORSO_LEGS = ("torso", "upper_leg")
-_LEG = ("lower_leg_left", "foot_left")
-_KNEE = ("lateral_knee_left", "medial_knee_left")
-_ANKLE = ("lateral_malleolus_left", "medial_malleolus_left")
-_SHOULDER = ("acromion_left", "axilla_left")
-_ELBOW = ("radiale_left", "medial_epicondyle_left")
-_WRIST = ("stylion_left", "ulnar_styloid_left")
-_FOREARM = ("lower_arm_left", "hand_left")
-_BREASTS = ("thelion_left", "thelion_right")
 
 
 def _level(*landmarks: str) -> Girth:
     """The trunk at the level of landmarks."""
-    return Girth(_TORSO_LEGS, landmarks, ("suprasternale",), (0.0, 0.0), "widest", planes=1)
+    return Girth(HIPS, landmarks, ("suprasternale",))
 
 
-_CHEST = Girth(("torso",), _BREASTS, ("suprasternale",), (0.0, 0.0), "widest", planes=1)
+_CHEST = Girth(TRUNK, THELIA, ("suprasternale",))
 _NAVEL = _level("omphalion")
 _BUTTOCK = _level("buttock_point_left", "buttock_point_right")
 
@@ -48,38 +40,16 @@ SURVEY_TAPES: Mapping[str, Tape] = {
     "waistcircumference": TAPES["abdomen_girth"],
     "buttockcircumference": TAPES["hip_girth"],
     "thighcircumference": TAPES["thigh_girth"],
-    "lowerthighcircumference": Girth(
-        ("upper_leg_left", "lower_leg_left"),
-        ("lateral_thigh_left", "medial_thigh_left"),
-        _KNEE,
-        (0.86, 0.86),
-        "narrowest",
-        cut="across",
-        planes=1,
-    ),
-    "calfcircumference": Girth(_LEG, _KNEE, _ANKLE, (0.15, 0.5), "widest", cut="across", planes=13),
-    "anklecircumference": Girth(
-        _LEG, _KNEE, _ANKLE, (0.75, 0.97), "narrowest", cut="across", planes=13
-    ),
+    "lowerthighcircumference": Girth(LEG, HIP, KNEE, (0.86, 0.86), cut="across", reach=0.08),
+    "calfcircumference": TAPES["calf_girth"],
+    "anklecircumference": TAPES["ankle_girth"],
     "neckcircumference": TAPES["neck_girth"],
     "bicepscircumferenceflexed": Girth(
-        ("upper_arm_left",), _SHOULDER, _ELBOW, (0.35, 0.75), "widest", cut="across", planes=9
+        ARM, SHOULDER, ELBOW, (0.35, 0.75), "widest", cut="across", planes=9, reach=0.06
     ),
-    "forearmcircumferenceflexed": Girth(
-        ("upper_arm_left", "lower_arm_left"),
-        _ELBOW,
-        _WRIST,
-        (0.0, 0.45),
-        "widest",
-        cut="across",
-        planes=9,
-    ),
-    "wristcircumference": Girth(
-        _FOREARM, _ELBOW, _WRIST, (0.85, 1.0), "narrowest", cut="across", planes=7
-    ),
-    "headcircumference": Girth(
-        ("head_neck",), ("glabella",), ("vertex",), (0.0, 0.4), "widest", planes=9
-    ),
+    "forearmcircumferenceflexed": TAPES["lower_arm_girth"],
+    "wristcircumference": TAPES["wrist_girth"],
+    "headcircumference": TAPES["head_girth"],
     "crotchheight": Height(("crotch",)),
     "lateralmalleolusheight": TAPES["foot_height"],
     "kneeheightmidpatella": Height(("midpatella_left",)),

@@ -4,17 +4,34 @@ from pathlib import Path
 
 import numpy as np
 
-from model.anthropometry import TAKEN, measure_batch
+from model.anthropometry import TAKEN, TAPES, measure_batch
 from model.estimators import Estimator, LinearBodyEstimator
+from model.geodesics import save_strips
 from model.geometry import Floats
 from model.measurements import BODY_KINDS, BodyKind
 from model.shape_basis import load_shape_basis
-from model.template_mesh import DATA, load_template_mesh
+from model.tapes import legs_of
+from model.template_mesh import DATA, load_template_mesh, template_mesh_from
 from model.training.population import Population, bodies_of, load_population
+from model.training.strips import find_strips
 from model.training.survey import SEXES
 
 ROOM = 0.15
 """How far beyond the population's extremes a value may lie and still be taken for real."""
+
+
+STRIP_BODIES = 40
+"""On how many bodies, evenly through the population, geodesics are looked for."""
+
+
+def write_strips(population: Population, path: Path = DATA / "strips.npz") -> None:
+    """Finds the strips that geodesic lengths run over, and writes them beside the template."""
+    with np.load(DATA / "template_mesh.npz", allow_pickle=False) as arrays:
+        template = template_mesh_from(arrays)
+    rows = np.linspace(0, len(population.sexes) - 1, STRIP_BODIES).astype(np.int64)
+    bodies = load_shape_basis().vertices(population.coefficients[rows])
+    save_strips(path, find_strips(template, bodies, legs_of(TAPES.values())))
+    load_template_mesh.cache_clear()
 
 
 def measure_population(population: Population) -> Floats:
@@ -65,8 +82,9 @@ def train_estimator(
 
 
 def train(folder: Path = DATA / "estimators") -> None:
-    """Measures the population and writes one estimator for each kind of body."""
+    """Finds the strips of geodesics, measures the population, and writes the estimators."""
     population = load_population()
+    write_strips(population)
     values = measure_population(population)
     folder.mkdir(exist_ok=True)
     for kind in BODY_KINDS:
