@@ -13,20 +13,10 @@ from typing import Literal
 import numpy as np
 
 from model.geometry import Floats
+from model.girths import Girth, tie
 from model.measurements import MEASUREMENTS, MeasurementSet
-from model.tapes import (
-    Geodesic,
-    Girth,
-    Height,
-    Landmarks,
-    Legs,
-    Mass,
-    Tape,
-    bundle,
-    legs_of,
-    tie,
-)
-from model.template_mesh import Body, TemplateMesh
+from model.tapes import Geodesic, Height, Legs, Mass, Tape, bundle, legs_of
+from model.template_mesh import Body, Landmarks, TemplateMesh
 
 WAIST: Landmarks = ("waist_front", "waist_back")
 HIP: Landmarks = ("lateral_thigh_left", "medial_thigh_left")

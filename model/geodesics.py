@@ -10,6 +10,7 @@ bodies.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -152,6 +153,7 @@ class Bundle:
         left, right = np.append(self._left[1:], -1), np.append(self._right[1:], -1)
         self._corner = np.where(left == self._left, right, left)
         self._keeps_left = (left == self._left).tolist()
+        self._gates = [np.arange(first, last) for first, last in pairwise(self._starts)]
 
     def lengths(self, vertices: Floats) -> Floats:
         """The length of every leg's shortest way.
@@ -171,14 +173,24 @@ class Bundle:
         """The shortest way of every leg on one mesh, vertices of shape (V, 3), and its strip."""
         flats = list(self._unfold(vertices))
         taut = [_taut(*flat) for flat in flats]
-        shortest = [
-            min(range(*leg), key=lambda index: taut[index][0])
-            for leg in zip(self._legs[:-1].tolist(), self._legs[1:].tolist(), strict=True)
+        firsts = self._legs.tolist()
+        chosen = [
+            min(range(first, last), key=lambda index: taut[index][0])
+            for first, last in pairwise(firsts)
         ]
-        return [
-            (self._strips[i], _way(vertices, self._strips[i], *flats[i], *taut[i]))
-            for i in shortest
-        ]
+        fractions = _crossings([flats[i] for i in chosen], [taut[i][1] for i in chosen])
+        edges = np.concatenate([self._gates[i] for i in chosen])
+        points = vertices[self._left[edges]]
+        points += fractions[:, None] * (vertices[self._right[edges]] - points)
+        ends = np.einsum("sekc,sek->sec", vertices[self._ends[chosen]], self._weights[chosen])
+        ways = []
+        gate = 0
+        for i, (start, stop) in zip(chosen, ends, strict=True):
+            own = slice(gate, gate + len(self._gates[i]))
+            gate = own.stop
+            path = np.concatenate([start[None], points[own], stop[None]])
+            ways.append((self._strips[i], Way(taut[i][0], path, fractions[own])))
+        return ways
 
     def _unfold(self, vertices: Floats) -> Iterator[_Flat]:
         """Each strip in the plane: start, left ends, right ends, stop."""
@@ -205,31 +217,30 @@ class Bundle:
             yield width * start, lefts, rights, a + (b - a) * ahead[last]
 
 
-def _way(
-    vertices: Floats,
-    strip: Strip,
-    start: complex,
-    lefts: list[complex],
-    rights: list[complex],
-    stop: complex,
-    length: float,
-    turns: Turns,
-) -> Way:
-    """A taut thread back on the mesh."""
-    left, right = np.array(lefts), np.array(rights)
-    # Between two bends the thread is straight; at a bend it passes through the vertex.
-    bends = np.array([start, *(lefts[i] if at_left else rights[i] for i, at_left in turns), stop])
-    places = np.searchsorted([i for i, _ in turns], np.arange(len(left)))
-    along = np.diff(bends)[places].conj()
-    to_left, to_right = ((along * (end - bends[places])).imag for end in (left, right))
-    fractions = to_left / np.maximum(to_left - to_right, 1e-300)
-    fractions = np.clip(fractions, 0.0, 1.0)
-    for i, at_left in turns:
-        fractions[i] = 0.0 if at_left else 1.0
-    crossings = vertices[strip.left]
-    crossings += fractions[:, None] * (vertices[strip.right] - crossings)
-    start_point, stop_point = np.einsum("ekc,ek->ec", vertices[strip.ends], strip.weights)
-    return Way(length, np.vstack([start_point, crossings, stop_point]), fractions)
+def _crossings(flats: Sequence[_Flat], turns: Sequence[Turns]) -> Floats:
+    """Where taut threads cross their gates, as shares from the left: all gates in one row."""
+    # Between two bends a thread is straight; at a bend it passes through the vertex.
+    bends: list[complex] = []
+    gates: list[int] = []
+    at_ends: list[tuple[int, bool]] = []
+    count = 0
+    for (start, lefts, rights, stop), own in zip(flats, turns, strict=True):
+        places = [-1, *(gate for gate, _ in own), len(lefts) - 1]
+        corners = [lefts[gate] if at_left else rights[gate] for gate, at_left in own]
+        bends += [start, *corners, stop]
+        gates += [*(last - first for first, last in pairwise(places)), 0]
+        at_ends += [(count + gate, at_left) for gate, at_left in own]
+        count += len(lefts)
+    left = np.array([point for _, lefts, _, _ in flats for point in lefts])
+    right = np.array([point for _, _, rights, _ in flats for point in rights])
+    corners_of = np.array(bends)
+    origin = np.repeat(corners_of, gates)
+    along = np.repeat(np.append(np.diff(corners_of), 0), gates).conj()
+    to_left, to_right = ((along * (end - origin)).imag for end in (left, right))
+    fractions = np.clip(to_left / np.maximum(to_left - to_right, 1e-300), 0.0, 1.0)
+    for gate, at_left in at_ends:
+        fractions[gate] = 0.0 if at_left else 1.0
+    return fractions
 
 
 def _beyond(left: Floats, right: Floats, corners: Floats) -> NDArray[np.complex128]:

@@ -94,38 +94,43 @@ class Sections:
     fractions: Floats
 
 
-def sections(vertices: Floats, edges: Integers, stations: Floats, levels: Floats) -> Sections:
-    """Cuts meshes by parallel planes.
+def sections(
+    vertices: Floats, edges: Integers, stations: Floats, families: Integers, planes: Integers
+) -> Sections:
+    """Cuts meshes by families of parallel planes.
 
     Parameters
     ----------
     vertices : ndarray of shape (B, V, 3).
-    edges : ndarray of shape (E, 2), the edges to be cut.
-    stations : ndarray of shape (B, V), how far each vertex lies along the planes' normal, in
-        any unit.
-    levels : ndarray of shape (P,), the planes' stations, ascending. A vertex on a plane counts
-        as below it.
+    edges : ndarray of shape (2, E), the edges to be cut; both ends are of one family.
+    stations : ndarray of shape (B, V), how far each vertex lies along its family's normal, in
+        steps from plane to plane: the planes lie at 0, 1, 2... A vertex on a plane counts as
+        below it.
+    families : ndarray of shape (V,), the family of planes that cuts each vertex's edges.
+    planes : ndarray of shape (G,), how many planes each family has.
 
     Returns
     -------
-    Sections of B·P rows: the planes of the first mesh, of the second, and so on.
+    Sections whose rows run over meshes, then families, then planes.
     """
+    firsts = np.cumsum(planes) - planes
     # How many planes lie below each vertex: an edge meets those between its ends' counts.
-    below = np.searchsorted(levels, stations)
-    first, second = below[:, edges[:, 0]], below[:, edges[:, 1]]
-    meshes, cut = np.nonzero(first != second)
-    first, second = first[meshes, cut], second[meshes, cut]
-    counts = np.abs(second - first)
+    below = np.clip(np.ceil(stations), 0, planes[families]).astype(np.int64)
+    tail, head = below[:, edges[0]], below[:, edges[1]]
+    meshes, cut = np.nonzero(tail != head)
+    tail, head = tail[meshes, cut], head[meshes, cut]
+    counts = np.abs(head - tail)
     repeated = np.repeat(np.arange(len(cut)), counts)
     step = np.arange(len(repeated)) - np.repeat(np.cumsum(counts) - counts, counts)
-    planes = np.minimum(first, second)[repeated] + step
+    plane = np.minimum(tail, head)[repeated] + step
     meshes, cut = meshes[repeated], cut[repeated]
-    tail, head = edges[cut].T
+    tail, head = edges[0][cut], edges[1][cut]
     start = stations[meshes, tail]
-    fractions = (levels[planes] - start) / (stations[meshes, head] - start)
+    fractions = (plane - start) / (stations[meshes, head] - start)
     points = vertices[meshes, tail]
     points += fractions[:, None] * (vertices[meshes, head] - points)
-    return Sections(points, meshes * len(levels) + planes, cut, fractions)
+    rows = meshes * planes.sum() + firsts[families[tail]] + plane
+    return Sections(points, rows, cut, fractions)
 
 
 @dataclass(frozen=True)
@@ -172,16 +177,18 @@ def hulls(cut: Sections, normals: Floats) -> Hulls:
     """
     count = len(normals)
     rows = cut.rows
-    right, up = _plane_axes(normals)
-    flat = np.stack([np.einsum("ni,ni->n", cut.points, axes[rows]) for axes in (right, up)], axis=0)
+    # Hulls do not change when planes are squeezed: two of the three coordinates will do.
+    dropped = np.abs(normals).argmax(axis=1)
+    places = 3 * np.arange(len(rows))
+    flat = [cut.points.ravel()[places + ((dropped + k) % 3)[rows]] for k in (1, 2)]
     sizes = np.maximum(np.bincount(rows, minlength=count), 1)
-    flat -= np.array([np.bincount(rows, axis, count) / sizes for axis in flat])[:, rows]
-    order = np.argsort(rows + _turn(*flat))
-    x, y = flat[:, order]
-    rows = rows[order]
+    x, y = (axis - (np.bincount(rows, axis, count) / sizes)[rows] for axis in flat)
+    order = np.argsort(rows + _turn(x, y))
+    x, y, rows = x[order], y[order], rows[order]
     after = _next_in_row(rows, count)
     distinct = (np.abs(x[after] - x) > COINCIDENT) | (np.abs(y[after] - y) > COINCIDENT)
-    x, y, rows, order = x[distinct], y[distinct], rows[distinct], order[distinct]
+    if not distinct.all():
+        x, y, rows, order = x[distinct], y[distinct], rows[distinct], order[distinct]
     # Rows are done when a pass drops none of their corners.
     corners = np.arange(len(rows))
     kept = np.ones(len(rows), dtype=bool)
@@ -191,11 +198,12 @@ def hulls(cut: Sections, normals: Floats) -> Hulls:
         unfinished = np.zeros(count, dtype=bool)
         unfinished[rows[corners[~outward]]] = True
         corners = corners[outward & unfinished[rows[corners]]]
-    x, y, rows, order = x[kept], y[kept], rows[kept], order[kept]
-    after = _next_in_row(rows, count)
-    lengths = np.hypot(x[after] - x, y[after] - y)
+    rows, order = rows[kept], order[kept]
+    points = cut.points[order]
+    steps = points[_next_in_row(rows, count)] - points
+    lengths = np.sqrt(np.einsum("ni,ni->n", steps, steps))
     return Hulls(
-        points=cut.points[order],
+        points=points,
         edges=cut.edges[order],
         fractions=cut.fractions[order],
         starts=np.searchsorted(rows, np.arange(count + 1)),
@@ -208,14 +216,6 @@ def _turn(x: Floats, y: Floats) -> Floats:
     reach = np.abs(x) + np.abs(y)
     cosine = x / np.maximum(reach, 1e-300)
     return np.where(y < 0, 3 + cosine, 1 - cosine) / 4.000001
-
-
-def _plane_axes(normals: Floats) -> tuple[Floats, Floats]:
-    """Two unit axes of each plane, (R, 3) each; right-handed with the normal."""
-    least = np.argmin(np.abs(normals), axis=1)
-    right = np.cross(np.eye(3)[least], normals)
-    right /= np.linalg.norm(right, axis=1, keepdims=True)
-    return right, np.cross(normals, right)
 
 
 def _turns(x: Floats, y: Floats, rows: Integers, row_count: int) -> Floats:
@@ -264,20 +264,20 @@ def perimeter_gradient(
     tied : from :func:`hulls`.
     row : which of them.
     vertices : ndarray of shape (V, 3), the mesh of that row.
-    edges : ndarray of shape (E, 2), as given to :func:`sections`.
+    edges : ndarray of shape (2, E), as given to :func:`sections`.
     origin, normal : ndarrays of shape (3,), a point of the plane and its unit normal.
     """
     corners = tied.corners(row)
     loop, fractions = tied.points[corners], tied.fractions[corners, None]
-    cut = edges[tied.edges[corners]]
+    tail, head = edges[:, tied.edges[corners]]
     towards_next = np.roll(loop, -1, axis=0) - loop
     towards_next /= np.linalg.norm(towards_next, axis=1, keepdims=True)
     by_point = np.roll(towards_next, 1, axis=0) - towards_next
-    along = vertices[cut[:, 1]] - vertices[cut[:, 0]]
+    along = vertices[head] - vertices[tail]
     slide = np.einsum("ni,ni->n", along, by_point) / (along @ normal)
     by_vertex = by_point - slide[:, None] * normal
     return PerimeterGradient(
-        indices=cut.T.ravel(),
+        indices=np.concatenate([tail, head]),
         by_vertex=np.concatenate([(1 - fractions) * by_vertex, fractions * by_vertex]),
         by_origin=slide.sum() * normal,
         by_normal=-slide @ (loop - origin),

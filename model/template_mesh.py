@@ -15,10 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.geodesics import Strips, load_strips
-from model.geometry import Booleans, Floats
+from model.geometry import Booleans, Floats, Integers
 from model.measurements import BodyKind
 
 DATA = Path(__file__).parent / "data"
+
+Landmarks = tuple[str, ...]
+"""Names; what is asked of several is asked of their mean point."""
+
+Gradient = tuple[Integers, Floats]
+"""Vertex indices (n,) and the derivative by each (n, 3); repeated indices add up."""
 
 
 @dataclass(frozen=True)

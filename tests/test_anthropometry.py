@@ -5,6 +5,7 @@ import pytest
 import trimesh
 from scipy.spatial import ConvexHull
 
+from model import girths
 from model.anthropometry import (
     TAKEN,
     TAPES,
@@ -14,9 +15,10 @@ from model.anthropometry import (
     read_tapes,
 )
 from model.estimators import load_estimators
+from model.girths import Extent, Girth
 from model.measurements import BODY_KINDS, MEASUREMENTS, MeasurementSet
 from model.shape_basis import load_shape_basis
-from model.tapes import BODY_DENSITY, Extent, Girth, Height, Span, Tape
+from model.tapes import BODY_DENSITY, Height, Span, Tape
 from model.template_mesh import Body, Landmark, TemplateMesh, load_template_mesh
 from model.training.population import load_population
 from model.training.survey import SURVEY_TAPES
@@ -117,8 +119,8 @@ def test_girths_agree_with_trimeshs_sections(bodies: list[Body], name: str) -> N
         normal = np.linalg.svd(path - path.mean(axis=0))[2][2]
         part = body.template.faces[body.template.faces_of(*tape.parts)]
         if tape.cut == "along":  # of which the tape goes round what lies beyond its start
-            indices, edges = tape.edges(body.template)
-            known = {tuple(edge) for edge in indices[edges].tolist()}
+            edges = girths._edges(body.template, tape)
+            known = {tuple(edge) for edge in edges.tolist()}
             sides = np.sort(part[:, [[0, 1], [1, 2], [2, 0]]], axis=2).tolist()
             part = part[[all(tuple(side) in known for side in face) for face in sides]]
         mesh = trimesh.Trimesh(body.vertices, part, process=False)
@@ -216,10 +218,9 @@ def test_a_body_inside_out_is_refused(bodies: list[Body]) -> None:
 
 def test_no_tape_loses_an_edge_that_it_meets(bodies: list[Body]) -> None:
     """Edges far from a tape's span are left out for speed; none of them ever counts."""
-    girths = {**TAPES, **SURVEY_TAPES}
-    girths = {name: tape for name, tape in girths.items() if isinstance(tape, Girth)}
+    tapes = [tape for tape in {**TAPES, **SURVEY_TAPES}.values() if isinstance(tape, Girth)]
     population = load_population()
     vertices = load_shape_basis().vertices(population.coefficients[::60])
-    quick = read_tapes(load_template_mesh(), vertices, list(girths.values()))
-    whole = [replace(tape, reach=9.0) for tape in girths.values()]
+    quick = read_tapes(load_template_mesh(), vertices, tapes)
+    whole = [replace(tape, reach=9.0) for tape in tapes]
     assert quick == pytest.approx(read_tapes(load_template_mesh(), vertices, whole), abs=1e-12)

@@ -28,7 +28,8 @@ def hulls_of(mesh: trimesh.Trimesh, origin, normal) -> geometry.Hulls:
 def cut(vertices, edges, origin, normal) -> geometry.Hulls:
     normal = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
     stations = ((vertices - origin) @ normal)[None]
-    points = geometry.sections(vertices[None], edges, stations, np.zeros(1))
+    families = np.zeros(len(vertices), dtype=int)
+    points = geometry.sections(vertices[None], edges.T, stations, families, np.ones(1, dtype=int))
     return geometry.hulls(points, normal[None])
 
 
@@ -98,7 +99,7 @@ def test_the_perimeters_gradient_is_its_difference_quotient() -> None:
         return cut(moved, edges, at, upright)
 
     hulls = girth(vertices, origin, normal)
-    slopes = geometry.perimeter_gradient(hulls, 0, vertices, edges, origin, normal)
+    slopes = geometry.perimeter_gradient(hulls, 0, vertices, edges.T, origin, normal)
     direction = random.normal(size=vertices.shape)
     step = 1e-7
 
@@ -120,8 +121,10 @@ def test_the_perimeters_gradient_is_its_difference_quotient() -> None:
 def test_planes_through_many_meshes_are_rows_in_order() -> None:
     small, large = tube(radius=0.2), tube(radius=0.4)
     vertices = np.stack([small.vertices, large.vertices])
-    levels = np.array([-1.0, 0.3, 1.1, 2.5])
-    points = geometry.sections(vertices, geometry.edges_of(small.faces), vertices[..., 1], levels)
+    stations = (vertices[..., 1] + 1.0) / 1.05  # planes at -1, 0.05, 1.1 and 2.15
+    families = np.zeros(len(small.vertices), dtype=int)
+    edges = geometry.edges_of(small.faces).T
+    points = geometry.sections(vertices, edges, stations, families, np.array([4]))
     hulls = geometry.hulls(points, np.tile([0.0, 1.0, 0.0], (8, 1)))
     girth = 2 * 64 * np.sin(np.pi / 64)
     expected = [0, 0.2 * girth, 0.2 * girth, 0, 0, 0.4 * girth, 0.4 * girth, 0]

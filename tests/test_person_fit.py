@@ -16,6 +16,7 @@ from model.training.person_fit import (
     SLIDER_ENDS,
     draw_sliders,
     fit_body,
+    local_deviations,
     targets,
 )
 from model.training.survey import SURVEY_TAPES, load_statistics
@@ -76,7 +77,7 @@ def test_a_planted_body_is_found_again(shapes: BlendShapes) -> None:
     planted = planted + 0.4 * shapes.local_shapes[0, 0]
     taken = read_tapes(template, planted[None], list(SURVEY_TAPES.values()))[0]
     asked = taken / (targets(np.ones(len(taken))))
-    draw = draw_sliders("female", asked, shapes.local_names, np.random.default_rng(0))
+    draw = draw_sliders("female", asked, local_deviations(shapes), np.random.default_rng(0))
     fitted = fit_body(shapes, template, asked, replace(draw, spread=draw.spread * 100))
     assert fitted.taken == pytest.approx(taken, rel=2e-3)
     assert fitted.vertices[:, 1].min() == 0
@@ -86,7 +87,7 @@ def test_a_planted_body_is_found_again(shapes: BlendShapes) -> None:
 def test_a_fit_never_leaves_its_bounds(shapes: BlendShapes) -> None:
     """Asked for the impossible, every slider stays within its ends."""
     asked = np.exp(load_statistics("female").means) * 3
-    draw = draw_sliders("female", asked, shapes.local_names, np.random.default_rng(0))
+    draw = draw_sliders("female", asked, local_deviations(shapes), np.random.default_rng(0))
     fitted = fit_body(shapes, load_template_mesh(), asked, draw)
     ends = np.array([SLIDER_ENDS[name] for name in PHENOTYPES])
     assert (fitted.parameters[: len(ends)] >= ends[:, 0] - 1e-9).all()
@@ -98,7 +99,8 @@ def test_a_fit_never_leaves_its_bounds(shapes: BlendShapes) -> None:
 def test_draws_differ_between_people_and_repeat_with_the_seed() -> None:
     asked = np.exp(load_statistics("male").means)
     first, again, other = (
-        draw_sliders("male", asked, ("a", "b"), np.random.default_rng(seed)) for seed in (1, 1, 2)
+        draw_sliders("male", asked, np.full(2, 0.2), np.random.default_rng(seed))
+        for seed in (1, 1, 2)
     )
     assert (first.start == again.start).all()
     assert (first.start != other.start).any()

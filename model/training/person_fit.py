@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
 from model.geometry import Floats
-from model.tapes import Gradient
-from model.template_mesh import TemplateMesh
+from model.template_mesh import Gradient, TemplateMesh
 from model.training.anny_population import ANCESTRIES, PHENOTYPES, BlendShapes
 from model.training.survey import BODY_MASS_INDEX, SURVEY_TAPES, Sex
 
@@ -50,8 +49,20 @@ LOCAL_SPREAD = 0.35
 """How far the fit may move sliders and local changes from their draw, as deviations."""
 
 LOCAL_DRAW = 0.2
-"""The deviation of drawn local changes. These three, the ends below and the draws of
+"""The largest deviation of drawn local changes. These three, the ends below and the draws of
 `draw_sliders` were chosen on sheets of rendered bodies: as varied as still looks like people."""
+
+DRAWN_MOTION = 0.004
+"""How far a drawn local change moves the skin at most, as a deviation: the root of its mean
+square over the body, in metres. It holds postures; what moves more is a whole part of the body."""
+
+LENGTHWISE_MOTION = 0.0015
+"""The same for changes that are mostly vertical. Stretches and shifts along the body show in
+heights, which the survey gives: the fit finds them. Drawn widely they would make skin slide
+within the trunk, which no tape sees."""
+
+LENGTHWISE = 0.9
+"""The share of its motion from which on a change is lengthwise."""
 
 SLIDER_ENDS: Mapping[str, tuple[float, float]] = {
     # Anny's ends are not the population's: a little beyond them its shapes are carried on
@@ -111,10 +122,25 @@ class Draw:
     spread: Floats
 
 
+def local_deviations(shapes: BlendShapes) -> Floats:
+    """How widely each local change is drawn: ndarray of shape (L,)."""
+    squares = (shapes.local_shapes.astype(np.float64) ** 2).mean(axis=2).max(axis=1)
+    motion = np.sqrt(squares.sum(axis=1))
+    lengthwise = np.sqrt(squares[:, 1]) > LENGTHWISE * motion
+    most = np.where(lengthwise, LENGTHWISE_MOTION, DRAWN_MOTION)
+    return np.minimum(LOCAL_DRAW, most / motion)
+
+
 def draw_sliders(
-    sex: Sex, asked: Floats, local_names: tuple[str, ...], random: np.random.Generator
+    sex: Sex, asked: Floats, local_deviations: Floats, random: np.random.Generator
 ) -> Draw:
-    """Draws the sliders of a person from all that people are: build, age, ancestry, form."""
+    """Draws the sliders of a person from all that people are: build, age, ancestry, form.
+
+    Parameters
+    ----------
+    asked : ndarray of shape (C,), SI units, in the order of `SURVEY_TAPES`.
+    local_deviations : ndarray of shape (L,), from :func:`local_deviations`.
+    """
     columns = list(SURVEY_TAPES)
     index = asked[columns.index("weightkg")] / asked[columns.index("stature")] ** 2
     low, high = np.log(BODY_MASS_INDEX)
@@ -134,7 +160,7 @@ def draw_sliders(
     }
     ends = np.array([SLIDER_ENDS[name] for name in PHENOTYPES])
     sliders = np.clip([drawn[name] for name in PHENOTYPES], ends[:, 0] + 0.02, ends[:, 1] - 0.02)
-    changes = np.clip(random.normal(0, LOCAL_DRAW, size=len(local_names)), -0.6, 0.6)
+    changes = local_deviations * np.clip(random.normal(size=len(local_deviations)), -3, 3)
     sides = np.stack([np.maximum(changes, 0), np.maximum(-changes, 0)], axis=1).ravel()
     return Draw(
         fixed=fixed,

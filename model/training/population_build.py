@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 
 from model.template_mesh import DATA, TemplateMesh, load_template_mesh, template_mesh_from
 from model.training.anny_population import BlendShapes, load_blend_shapes
-from model.training.person_fit import FittedBody, draw_sliders, fit_body
+from model.training.person_fit import FittedBody, draw_sliders, fit_body, local_deviations
 from model.training.population import load_population
 from model.training.population_files import template_arrays, write_files
 from model.training.population_report import write_population_report
@@ -70,7 +70,9 @@ def _recipe() -> str:
     here = Path(__file__).parent
     sources = ["person_fit.py", "survey.py", "anny_population.py", "population_build.py"]
     files = [here / name for name in sources]
-    files += [DATA.parent / name for name in ("anthropometry.py", "tapes.py", "geometry.py")]
+    files += [
+        DATA.parent / name for name in ("anthropometry.py", "tapes.py", "girths.py", "geometry.py")
+    ]
     files += [DATA / "landmarks.json", *(statistics_path(sex) for sex in SEXES)]
     digest = hashlib.sha256()
     for file in files:
@@ -98,11 +100,12 @@ def _fit_chunk(work: Path, sex: Sex, start: int, path: Path) -> None:
     random = np.random.default_rng([SEED, SEXES.index(sex)])
     people = draw_people(load_statistics(sex), PER_SEX, random)
     rows = range(start, min(start + CHUNK, PER_SEX))
+    deviations = local_deviations(shapes)
     fitted: list[FittedBody] = []
     with threadpool_limits(limits=1):
         for row in rows:
             own = np.random.default_rng([SEED, SEXES.index(sex), row])
-            draw = draw_sliders(sex, people.values[row], shapes.local_names, own)
+            draw = draw_sliders(sex, people.values[row], deviations, own)
             fitted.append(fit_body(shapes, template, people.values[row], draw))
     part = path.with_name("part-" + path.name)
     np.savez(

@@ -16,12 +16,12 @@ import numpy as np
 
 from model.anthropometry import ARM, ELBOW, HIP, HIPS, KNEE, LEG, SHOULDER, TAPES, THELIA, TRUNK
 from model.geometry import Floats
-from model.tapes import Extent, Girth, Height, Span, Tape
+from model.girths import Extent, Girth
+from model.tapes import Height, Span, Tape
 from model.template_mesh import DATA
 
 Sex = Literal["female", "male"]
 SEXES: tuple[Sex, Sex] = ("female", "male")
-
 
 
 def _level(*landmarks: str) -> Girth:
