@@ -8,6 +8,8 @@
 #   make population  the open population from nothing, through Anny and PyTorch (up to an hour)
 #   make report      the population beside the survey, and the estimators' errors, as pages of docs/
 #                    (ARGS="--survey-rows FOLDER": their errors on real people too)
+#   make guide       docs/measurements.md: every measurement, its picture and its spread
+#   make bench       how long measuring takes, beside a peer's way, in one run (ARGS="--rounds 9")
 #   make licences    docs/licences.md, from the metadata of what is installed
 #   make lock        the lock files, from pyproject.toml
 #   make clean       remove environments, packages and built files (not the secret in instance/,
@@ -30,14 +32,14 @@ POPULATION := $(POPULATION_VENV)/population.stamp
 NODE_MODULES := node_modules/.installed
 FRONT_END := static/build/.built
 
-PYTHON_CODE := model webapp tests scripts
+PYTHON_CODE := model webapp bench tests scripts
 SCRIPTS := $(shell find static -path static/build -prune -o -name '*.js' -print 2>/dev/null) \
 	$(wildcard *.mjs scripts/*.mjs)
 
 export PLAYWRIGHT_SKIP_BROWSER_DOWNLOAD := 1
 export NPM_CONFIG_UPDATE_NOTIFIER := false
 
-.PHONY: help run test lint format train population report licences lock clean
+.PHONY: help run test lint format train population report guide bench licences lock clean
 .DELETE_ON_ERROR:
 
 help:
@@ -81,6 +83,13 @@ train: $(SITE)
 report: $(SITE)
 	@scripts/require.sh osmesa
 	@$(BIN)/python -m model.training report $(ARGS)
+
+guide: $(SITE)
+	@scripts/require.sh osmesa
+	@$(BIN)/python -m model.training measurements
+
+bench: $(SITE)
+	@$(BIN)/python -m bench $(ARGS)
 
 population: $(POPULATION)
 	@scripts/require.sh osmesa

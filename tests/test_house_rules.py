@@ -75,7 +75,7 @@ def test_each_guarded_package_has_one_door(name, text):
 def project(tmp_path):
     """A copy of the project's Python files and of its rules."""
     shutil.copy(ROOT / "pyproject.toml", tmp_path)
-    for package in ("model", "webapp"):
+    for package in ("model", "webapp", "bench"):
         for file in (ROOT / package).rglob("*.py"):
             copy = tmp_path / file.relative_to(ROOT)
             copy.parent.mkdir(parents=True, exist_ok=True)
@@ -103,6 +103,7 @@ def test_the_imports_are_those_of_the_house(project):
     ("name", "line", "contract"),
     [
         ("model/estimators.py", "import webapp", "The site stands on the model"),
+        ("webapp/api.py", "import bench", "The site stands on the model"),
         ("model/geometry.py", "import model.measurements", "Inside the model"),
         ("model/measurements.py", "import model.template_mesh", "Inside the model"),
         ("model/template_mesh.py", "import model.anthropometry", "Inside the model"),
@@ -191,7 +192,7 @@ def python_files():
     """Every Python file of the project."""
     return [
         file
-        for room in ("model", "webapp", "scripts", "tests")
+        for room in ("model", "webapp", "bench", "scripts", "tests")
         for file in (ROOT / room).rglob("*.py")
     ]
 

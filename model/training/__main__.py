@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from model.training.spreads import write_survey_measurements
 from model.training.survey import SEXES, write_statistics
 
 
@@ -14,6 +15,7 @@ def main() -> None:
     survey.add_argument("folder", type=Path, help="holds female_half_a.csv and male_half_a.csv")
     commands.add_parser("population", help="build the open population through Anny")
     commands.add_parser("train", help="train the shipped estimators from the shipped population")
+    commands.add_parser("measurements", help="write docs/measurements.md with its pictures")
     report = commands.add_parser("report", help="write docs/population.md and docs/validation.md")
     report.add_argument(
         "--survey-rows", type=Path, help="the survey's rows, for errors on real people"
@@ -24,10 +26,15 @@ def main() -> None:
         for sex in SEXES:
             people = write_statistics(sex, arguments.folder / f"{sex}_half_a.csv").people
             print(f"{sex}: statistics of {people} people")
+        print(f"measurements: {write_survey_measurements(arguments.folder)} rows")
     elif arguments.command == "population":
         from model.training.population_build import build
 
         build()
+    elif arguments.command == "measurements":
+        from model.training.measurement_guide import write_guide
+
+        write_guide()
     elif arguments.command == "train":
         from model.training.train import train
 

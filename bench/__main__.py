@@ -1,0 +1,84 @@
+"""The command line: ``python -m bench`` prints our timings beside the peer's."""
+
+import argparse
+import platform
+import sys
+
+import numpy as np
+import trimesh
+
+from bench.measuring import (
+    ALL,
+    GIRTHS,
+    OUR_GIRTHS,
+    PEER_SEARCHING,
+    PEER_TOLD,
+    VALUES,
+    Run,
+    cores,
+    time_one_body,
+    time_population,
+)
+from model.anthropometry import TAKEN
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Times and prints."""
+    parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
+    parser.add_argument("--rounds", type=int, default=25, help="of the timings of one body")
+    parser.add_argument("--warm-up", type=int, default=3, help="rounds before those")
+    parser.add_argument("--bodies", type=int, default=3000, help="of the population")
+    parser.add_argument(
+        "--processes", type=int, nargs="+", default=[1, 2], help="measuring the population"
+    )
+    options = parser.parse_args(arguments)
+    print(
+        f"{cores()} cores, {platform.machine()}, Python {platform.python_version()}, "
+        f"NumPy {np.__version__}, trimesh {trimesh.__version__}; one thread a process\n"
+    )
+    one_body(options.rounds, options.warm_up)
+    print()
+    population(time_population(options.bodies, options.processes))
+
+
+def one_body(rounds: int, warm_up: int) -> None:
+    """Prints what one body takes, ours and the peer's."""
+    result = time_one_body(rounds, warm_up)
+    timings = result.timings
+    print(f"One body: {len(TAKEN)} measurements, {len(GIRTHS)} of them girths; {rounds} rounds")
+    print(f"{'':48}{'median':>10}{'quartiles':>20}{'beside ours':>14}")
+    for name, beside in (
+        (ALL, ALL),
+        (VALUES, ALL),
+        (OUR_GIRTHS, OUR_GIRTHS),
+        (PEER_SEARCHING, OUR_GIRTHS),
+        (PEER_TOLD, OUR_GIRTHS),
+    ):
+        low, high = (seconds * 1e3 for seconds in timings.spread(name))
+        print(
+            f"{name:48}{timings.median(name) * 1e3:>7.2f} ms{f'{low:.2f} to {high:.2f}':>20}"
+            f"{timings.ratio(name, beside):>13.1f}×"
+        )
+    worst, second = sorted(result.apart, key=lambda name: -result.apart[name])[:2]
+    print(
+        f"Ours and the peer's girths differ by {result.apart[worst] * 1e3:.3f} mm ({worst}), "
+        f"the others by {result.apart[second] * 1e3:.3f} mm at most."
+    )
+
+
+def population(runs: list[Run]) -> None:
+    """Prints what a population takes."""
+    print(f"{runs[0].bodies} bodies of the population: {len(TAKEN)} measurements each")
+    print(f"{'':48}{'seconds':>10}{'a body':>20}{'as fast':>14}")
+    for run in runs:
+        words = "one process" if run.processes == 1 else f"{run.processes} processes"
+        each = f"{run.seconds / run.bodies * 1e3:.2f} ms"
+        print(f"{words:48}{run.seconds:>10.1f}{each:>20}{runs[0].seconds / run.seconds:>13.1f}×")
+    print(
+        f"Of the {runs[0].seconds:.1f} seconds of the first, {runs[0].making:.1f} went into "
+        "making the bodies from their coefficients."
+    )
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
