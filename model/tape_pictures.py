@@ -160,7 +160,9 @@ def text_alternative(name: str, kind: BodyKind) -> str:
         return f"{row.label}: {PERSON[kind]} standing on a scale."
     drawn = "a line beside" if row.kind == "height" else "a tape on the body of"
     seen = " and from ".join(view.words for view in views_of(name))
-    return f"{row.label}: {row.definition}; {drawn} {PERSON[kind]}, seen from {seen}."
+    which = " (the narrowest part of the torso)" if "waist" in row.definition else ""
+    definition = row.definition.replace("waist", f"waist{which}", 1)
+    return f"{row.label}: {definition}; {drawn} {PERSON[kind]}, seen from {seen}."
 
 
 def seen(path: Floats, projection: Projection, depths: NDArray[np.float32]) -> Booleans:

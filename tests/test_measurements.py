@@ -57,3 +57,9 @@ def test_a_value_that_cannot_be_is_refused(value: float) -> None:
 def test_an_unknown_name_is_refused() -> None:
     with pytest.raises(ValueError, match="no measurement is called 'height'"):
         MeasurementSet({"height": 1.7})
+
+
+@pytest.mark.parametrize("row", MEASUREMENTS.values(), ids=lambda row: row.name)
+def test_whoever_measures_at_the_waist_is_told_which_waist(row) -> None:
+    if "waist" in row.definition or row.name == "waist_girth":
+        assert "narrowest" in row.how_to

@@ -157,6 +157,7 @@ def test_the_words_say_what_is_drawn_and_from_where():
         "Waist: perimeter of the narrowest part of the torso; a tape on the body of a woman, "
         "seen from the front and from the back."
     )
+    assert "waist (the narrowest part of the torso)" in text_alternative("waist_height", "female")
     assert text_alternative("weight", "male") == "Weight: a man standing on a scale."
     assert "a line beside a person" in text_alternative("stature", "neutral")
     words = [text_alternative(name, "female") for name in TAKEN]

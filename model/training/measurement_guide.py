@@ -152,9 +152,10 @@ single girth.
   their own waists 60 ± 48 mm too large, while 750 others, who had a sheet with pictures, were right
   on average: guidance decides more than any model.
 
-Limbs are measured on the left. Tapes are drawn solid where the skin is seen and faint where the
-body hides it. Terms of ISO 8559-1:2017 are followed by their clause where it is known for certain;
-columns of ANSUR II are defined in Hotzman et al. 2011 (NATICK/TR-11/017)."""
+Limbs are measured on the left; the standard and the survey take the right. Tapes are drawn solid
+where the skin is seen and faint where the body hides it. Terms of ISO 8559-1:2017 are followed by
+their clause where it is known for certain; columns of ANSUR II are defined in Hotzman et al. 2011
+(NATICK/TR-11/017)."""
 
 _SURVEY_WORDS = """\
 Mean ± deviation, and the smallest and the largest; in mm, weight in kg. The population is wide by
