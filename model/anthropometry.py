@@ -26,6 +26,8 @@ SHOULDER: Landmarks = ("acromion_left", "axilla_left")
 ELBOW: Landmarks = ("radiale_left", "medial_epicondyle_left")
 WRIST: Landmarks = ("stylion_left", "ulnar_styloid_left")
 THELIA: Landmarks = ("thelion_left", "thelion_right")
+# Over a round belly the middle is not the shortest way, but the one a tape takes.
+WAIST_TO_CROTCH: Landmarks = ("waist_front", "omphalion", "abdomen_bottom", "crotch")
 
 TRUNK = ("torso",)
 HIPS = ("torso", "upper_leg")
@@ -87,20 +89,20 @@ TAPES: Mapping[str, Tape] = {
     ),
     "mid_thigh_girth": _limb(THIGH, HIP, KNEE, (0.35, 0.6), "narrowest", planes=7),
     "shoulder_length": Geodesic(("acromion_left", "suprasternale", "acromion_right")),
-    "rise_length": Geodesic(("waist_front", "crotch", "waist_back")),
+    "rise_length": Geodesic((*WAIST_TO_CROTCH, "abdomen_back", "waist_back")),
     "glute_length": Geodesic(("abdomen_back", "buttock_point_left", "gluteal_fold_left")),
     "neck_to_waist_length": Geodesic(("cervicale", "waist_back")),
     "collarbone_to_waist_length": Geodesic(("clavicle_left", "thelion_left", "waist_left")),
     "upper_arm_length": Geodesic(("acromion_left", "radiale_left")),
     "lower_arm_length": Geodesic(("radiale_left", "stylion_left")),
     "breast_length": Geodesic(("chest_top_left", "thelion_left", "underbust_left")),
-    "front_lower_trunk_length": Geodesic(("waist_front", "crotch")),
+    "front_lower_trunk_length": Geodesic(WAIST_TO_CROTCH),
     "armpit_to_waist_length": Geodesic(("axilla_left", "waist_side_left")),
     "collarbone_to_underbust_length": Geodesic(("clavicle_left", "thelion_left", "underbust_left")),
     "underbust_to_belly_button_length": Geodesic(("underbust", "omphalion")),
     "arm_length": Geodesic(("acromion_left", "radiale_left", "stylion_left")),
     "groin_length": Geodesic(("abdomen_bottom", "crotch")),
-    "belly_length": Geodesic(("underbust", "abdomen_bottom")),
+    "belly_length": Geodesic(("underbust", "omphalion", "abdomen_bottom")),
     "waist_to_knee_height": Height(WAIST, ("midpatella_left",)),
     "waist_height": Height(WAIST),
     "inseam_height": Height(("crotch",), ("lateral_malleolus_left",)),

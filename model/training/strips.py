@@ -1,23 +1,28 @@
 """Finds the strips of skin that geodesic lengths run over, on a sample of bodies.
 
-Exact local geodesics come from potpourri3d (edge flips: Sharp and Crane 2020, *You can find
-geodesic paths in triangle meshes by just flipping edges*, ACM Trans. Graph. 39). The strips
-that they cross on different bodies differ; a few of them serve a whole population.
+Exact geodesics come from pygeodesic (the windows of Mitchell, Mount and Papadimitriou 1987,
+*The discrete geodesic problem*, SIAM J. Comput. 16). The strips that they cross on different
+bodies differ; a few of them serve a whole population.
 """
 
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 import numpy as np
-import potpourri3d
+import pygeodesic.geodesic
 from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
 
 from model.geodesics import Bundle, Strip, Strips
-from model.geometry import Floats, Integers
+from model.geometry import Floats, Integers, edges_of
 from model.template_mesh import Landmark, TemplateMesh
 
-TOLERANCE = 4e-4
+TOLERANCE = 5e-4
 """How much longer than the best strip found a chosen one may be on the sample, in metres."""
+
+NEARBY = 0.08
+"""How far from the template's shortest way along edges a geodesic may lie, in metres."""
 
 MOST = 6
 """How many strips a way gets at most."""
@@ -40,22 +45,22 @@ def find_strips(template: TemplateMesh, bodies: Floats, ways: Iterable[tuple[str
         For a way between landmarks on one triangle.
     """
     neighbours = _Neighbours(template.faces.astype(np.int64))
-    ways = list(ways)
-    found: dict[tuple[str, str], dict[bytes, Strip]] = {way: {} for way in ways}
+    ends = {way: [template.landmarks[name] for name in way] for way in ways}
+    for way, (start, stop) in ends.items():
+        if start.face == stop.face:
+            raise ValueError(f"{way[0]} and {way[1]} lie on one triangle")
+    bands = {way: neighbours.band(template.vertices, *both) for way, both in ends.items()}
+    found: dict[tuple[str, str], list[Strip]] = {way: [] for way in ends}
     for number, body in enumerate(bodies, 1):
         print(f"\rstrips on {number} of {len(bodies)} bodies", end="", flush=True)
-        solver = potpourri3d.EdgeFlipGeodesicSolver(body, template.faces)
-        for way in ways:
-            start, stop = (template.landmarks[name] for name in way)
-            path = solver.find_geodesic_path(
-                *(int(template.faces[end.face][np.argmax(end.weights)]) for end in (start, stop))
-            )
-            strip = neighbours.strip(body, path, start, stop)
-            if not len(strip.left):
-                raise ValueError(f"{way[0]} and {way[1]} lie on one triangle")
-            found[way][strip.left.tobytes() + strip.right.tobytes()] = strip
+        for way, (start, stop) in ends.items():
+            path = neighbours.geodesic(body, bands[way], start, stop)
+            length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
+            known = Bundle([found[way]]).lengths(body[None]).min() if found[way] else np.inf
+            if known > length + TOLERANCE / 2:
+                found[way].append(neighbours.strip(body, path, start, stop))
     print()
-    return {way: choose(list(strips.values()), bodies) for way, strips in found.items()}
+    return {way: choose(strips, bodies) for way, strips in found.items()}
 
 
 def choose(strips: Sequence[Strip], bodies: Floats) -> tuple[Strip, ...]:
@@ -85,6 +90,45 @@ class _Neighbours:
             self.beside[other].append(one)
         corners = np.repeat(np.arange(len(faces)), 3)
         self.around = csr_array((np.ones(faces.size, bool), (faces.ravel(), corners)))
+        self.edges = edges_of(faces)
+
+    def band(self, vertices: Floats, start: Landmark, stop: Landmark) -> Integers:
+        """The triangles within `NEARBY` of the shortest way along edges: (n, 3)."""
+        lengths = np.linalg.norm(np.subtract(*vertices[self.edges.T]), axis=1)
+        graph = csr_array((lengths, tuple(self.edges.T)), shape=(len(vertices),) * 2)
+        first, last = self._corner(start), self._corner(stop)
+        _, before = dijkstra(
+            graph, directed=False, indices=np.array([first]), return_predecessors=True
+        )
+        along = [last]
+        while along[-1] != first:
+            along.append(int(before[0, along[-1]]))
+        distances, _ = cKDTree(vertices[along]).query(vertices, distance_upper_bound=NEARBY)
+        return self.faces[(np.asarray(distances) <= NEARBY)[self.faces].all(axis=1)]
+
+    def geodesic(self, vertices: Floats, band: Integers, start: Landmark, stop: Landmark) -> Floats:
+        """The shortest path within a band between two landmarks: (n, 3)."""
+        kept, places = np.unique(band, return_inverse=True)
+        points, faces = vertices[kept], places.reshape(-1, 3)
+        ends = []
+        for landmark in (start, stop):
+            corners = np.searchsorted(kept, self.faces[landmark.face])
+            if max(landmark.weights) > AT_CORNER:
+                ends.append(int(corners[np.argmax(landmark.weights)]))
+                continue
+            # A corner of its own, in the middle of its triangle.
+            ends.append(len(points))
+            points = np.vstack([points, landmark.weights @ points[corners]])
+            others = faces[(faces != corners).any(axis=1)]
+            split = [[a, b, ends[-1]] for a, b in zip(corners, np.roll(corners, -1), strict=True)]
+            faces = np.vstack([others, split])
+        solver = pygeodesic.geodesic.PyGeodesicAlgorithmExact(points, faces.astype(np.int32))
+        _, path = solver.geodesicDistance(*ends)
+        away = np.linalg.norm(path[[0, -1]] - points[ends[0]], axis=1)
+        return path if away[0] < away[1] else path[::-1]
+
+    def _corner(self, landmark: Landmark) -> int:
+        return int(self.faces[landmark.face][np.argmax(landmark.weights)])
 
     def strip(self, vertices: Floats, path: Floats, start: Landmark, stop: Landmark) -> Strip:
         """The strip of a path, an ndarray of shape (n, 3) with points on edges and vertices."""
@@ -116,7 +160,9 @@ class _Neighbours:
             edges.pop(0)
         while edges and corners[1] & set(edges[-1]):
             edges.pop()
-        crossed = np.array(edges, dtype=np.int64).reshape(-1, 2)
+        if not edges:
+            raise ValueError(f"two landmarks lie on one triangle, {start.face}")
+        crossed = np.array(edges, dtype=np.int64)
         return Strip(
             left=crossed[:, 0],
             right=crossed[:, 1],

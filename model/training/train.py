@@ -20,16 +20,20 @@ ROOM = 0.15
 """How far beyond the population's extremes a value may lie and still be taken for real."""
 
 
-STRIP_BODIES = 40
-"""On how many bodies, evenly through the population, geodesics are looked for."""
+STRIP_BODIES = 120
+"""On how many bodies, evenly through the population, geodesics are looked for; and on those at
+both ends of as many components of the shape basis."""
 
 
 def write_strips(population: Population, path: Path = DATA / "strips.npz") -> None:
     """Finds the strips that geodesic lengths run over, and writes them beside the template."""
     with np.load(DATA / "template_mesh.npz", allow_pickle=False) as arrays:
         template = template_mesh_from(arrays)
-    rows = np.linspace(0, len(population.sexes) - 1, STRIP_BODIES).astype(np.int64)
-    bodies = load_shape_basis().vertices(population.coefficients[rows])
+    coefficients = population.coefficients
+    leading = coefficients[:, :STRIP_BODIES]
+    evenly = np.linspace(0, len(coefficients) - 1, STRIP_BODIES).astype(np.int64)
+    rows = np.unique(np.concatenate([evenly, leading.argmin(axis=0), leading.argmax(axis=0)]))
+    bodies = load_shape_basis().vertices(coefficients[rows])
     save_strips(path, find_strips(template, bodies, legs_of(TAPES.values())))
     load_template_mesh.cache_clear()
 
