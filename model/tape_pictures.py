@@ -52,7 +52,7 @@ LEAST_WINDOW = 0.52
 STEP = 0.003
 """Between points of a path that are tested for being seen, in metres."""
 
-HIDDEN_BEHIND = 0.008
+HIDDEN_BEHIND = 0.004
 """How much nearer to the camera than the tape something must be to hide it, in metres."""
 
 SHORTEST_RUN = 0.012
@@ -296,16 +296,16 @@ class _Sheet:
         """A tape on the skin; the ends of an open one are dots."""
         pixels = self._fine(dense)
         width = self._width
-        for value, layer, strokes in (
-            (False, self._faint, [(0.45 * width, (*ACCENT, 70))]),
-            (True, self._clear, [(width + 2.4, (*EDGE, 255)), (width, (*ACCENT, 255))]),
+        runs = np.split(np.arange(len(shown)), np.flatnonzero(np.diff(shown)) + 1)
+        for value, layer, thick, colour, rounded in (
+            (False, self._faint, 0.45 * width, (*ACCENT, 70), False),
+            (True, self._clear, width + 2.4, (*EDGE, 255), False),
+            (True, self._clear, width, (*ACCENT, 255), True),
         ):
-            runs = np.split(np.arange(len(shown)), np.flatnonzero(np.diff(shown)) + 1)
-            for thick, colour in strokes:
-                for run in runs:
-                    if shown[run[0]] == value:
-                        # One point of the next stretch, so that no gap is left between them.
-                        self._stroke(layer, pixels[run[0] : run[-1] + 2], thick, colour)
+            for run in runs:
+                if shown[run[0]] == value:
+                    # One point of the next stretch, so that no gap is left between them.
+                    self._stroke(layer, pixels[run[0] : run[-1] + 2], thick, colour, rounded)
         if ends:
             for place in (0, -1):
                 if shown[place]:
@@ -348,13 +348,19 @@ class _Sheet:
         return pixels
 
     def _stroke(
-        self, layer: Image.Image, points: Floats, width: float, colour: tuple[int, ...]
+        self,
+        layer: Image.Image,
+        points: Floats,
+        width: float,
+        colour: tuple[int, ...],
+        rounded: bool = True,
     ) -> None:
+        """A line whose bends, and if `rounded` whose ends, are round; the width in pixels."""
         pen = ImageDraw.Draw(layer)
         flat = [(float(x), float(y)) for x, y in points]
-        pen.line(flat, fill=colour, width=max(1, round(width * FINE)), joint="curve")
+        pen.line(flat, fill=colour, width=max(1, round(width * FINE)))
         radius = width * FINE / 2
-        for x, y in (flat[0], flat[-1]):
+        for x, y in flat if rounded else flat[1:-1]:
             pen.ellipse([x - radius, y - radius, x + radius, y + radius], fill=colour)
 
     def _dot(self, point: Floats) -> None:

@@ -180,7 +180,7 @@ def _contents() -> str:
 
 
 def anchor(row: Measurement) -> str:
-    """Where a measurement's heading is on the page: GitHub's way to name it."""
+    """What links to a measurement's entry end with."""
     return row.name
 
 
@@ -203,7 +203,7 @@ def _segments() -> str:
 def _entry(row: Measurement) -> str:
     pictures = [_picture(row.name, "female")]
     if row.name in BOTH_SEXES:
-        pictures.append(_picture(row.name, "male"))
+        pictures += ["On a man:", _picture(row.name, "male")]
     how = row.how_to + (" It takes a second pair of hands." if row.helper_needed else "")
     facts = [
         ["name", f"`{row.name}`"],
