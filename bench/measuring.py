@@ -40,7 +40,7 @@ class OneBody:
 
 
 def time_one_body(rounds: int, warm_up: int) -> OneBody:
-    """Times the template's mean body; each way reckons with one thread."""
+    """Times the template's mean body."""
     template = load_template_mesh()
     body = Body(template, template.vertices, "neutral")
     alone = body.vertices[None]
@@ -65,20 +65,23 @@ def time_one_body(rounds: int, warm_up: int) -> OneBody:
         PEER_SEARCHING: search,
         PEER_TOLD: told,
     }
-    with threadpool_limits(1):
-        return OneBody(take_turns(ways, rounds, warm_up), dict(zip(GIRTHS, apart, strict=True)))
+    return OneBody(take_turns(ways, rounds, warm_up), dict(zip(GIRTHS, apart, strict=True)))
 
 
 @dataclass(frozen=True)
 class Run:
-    """A population measured: how many bodies, by how many processes, in how many seconds.
+    """A population measured.
 
-    making : of those seconds of one process, what it took to make the bodies' vertices
+    bodies, processes : how many, by how many
+    seconds : on the clock
+    reckoned : that the processor gave to all processes together
+    making : of those, for making the bodies from their coefficients
     """
 
     bodies: int
     processes: int
     seconds: float
+    reckoned: float
     making: float
 
 
@@ -100,28 +103,36 @@ def time_population(bodies: int, processes: Sequence[int]) -> list[Run]:
             # Every process reads its files and sees its first body before the clock starts.
             workers(delayed(measure_rows)(part[:1]) for part in parts)
             start = time.perf_counter()
-            making = sum(workers(delayed(measure_rows)(part) for part in parts))
-            runs.append(Run(bodies, count, time.perf_counter() - start, making / count))
+            spent = workers(delayed(measure_rows)(part) for part in parts)
+            seconds = time.perf_counter() - start
+            reckoned, making = (float(sum(each)) for each in zip(*spent, strict=True))
+            runs.append(Run(bodies, count, seconds, reckoned, making))
     return runs
 
 
-def measure_rows(rows: NDArray[np.int64]) -> float:
-    """Measures some bodies of the population; returns the seconds that making them took."""
+def measure_rows(rows: NDArray[np.int64]) -> tuple[float, float]:
+    """Measures some bodies of the population.
+
+    Returns
+    -------
+    reckoned, making : as in `Run`.
+    """
+    begin = time.process_time()
     template, population = load_template_mesh(), load_population()
     making = 0.0
     values: list[Floats] = []
     with threadpool_limits(1):
         chunks = bodies_of(population, rows)
         for _ in range(len(rows)):
-            start = time.perf_counter()
+            start = time.process_time()
             chunk = next(chunks, None)
-            making += time.perf_counter() - start
+            making += time.process_time() - start
             if chunk is None:
                 break
             values.append(measure_batch(template, chunk[1]))
     if not np.isfinite(np.concatenate(values)).all():
         raise ValueError("a body has a measurement that is not finite")
-    return making
+    return time.process_time() - begin, making
 
 
 def cores() -> int:
@@ -130,3 +141,11 @@ def cores() -> int:
         return len(os.sched_getaffinity(0))
     except AttributeError:  # not on this system
         return os.cpu_count() or 1
+
+
+def busy() -> float:
+    """How many processes wanted to run in the last minute; not a number where nobody counts."""
+    try:
+        return os.getloadavg()[0]
+    except (AttributeError, OSError):
+        return float("nan")

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from model.geometry import Floats
 
@@ -13,13 +14,19 @@ from model.geometry import Floats
 class Timings:
     """Seconds of several ways to do a thing.
 
-    seconds : by name, ndarray of shape (rounds,)
+    seconds : on the clock, by name, ndarray of shape (rounds,)
+    reckoned : of those the seconds that the processor gave to this process, likewise: what is
+        left of them on a machine that has nothing else to do
     """
 
     seconds: Mapping[str, Floats]
+    reckoned: Mapping[str, Floats]
 
     def median(self, name: str) -> float:
         return float(np.median(self.seconds[name]))
+
+    def median_reckoned(self, name: str) -> float:
+        return float(np.median(self.reckoned[name]))
 
     def spread(self, name: str) -> tuple[float, float]:
         """The quartiles."""
@@ -27,12 +34,12 @@ class Timings:
         return float(low), float(high)
 
     def ratio(self, name: str, beside: str) -> float:
-        """How many times as long as another: the median over rounds, each of which did both."""
-        return float(np.median(self.seconds[name] / self.seconds[beside]))
+        """How many times as long as another reckons: the median over rounds, which did both."""
+        return float(np.median(self.reckoned[name] / self.reckoned[beside]))
 
 
 def take_turns(ways: Mapping[str, Callable[[], object]], rounds: int, warm_up: int) -> Timings:
-    """Times every way once in each round, so that all meet the same weather.
+    """Times every way once in each round, so that all meet the same weather; each on one thread.
 
     Raises
     ------
@@ -45,9 +52,12 @@ def take_turns(ways: Mapping[str, Callable[[], object]], rounds: int, warm_up: i
         for way in ways.values():
             way()
     seconds = {name: np.empty(rounds) for name in ways}
-    for turn in range(rounds):
-        for name, way in ways.items():
-            start = time.perf_counter()
-            way()
-            seconds[name][turn] = time.perf_counter() - start
-    return Timings(seconds)
+    reckoned = {name: np.empty(rounds) for name in ways}
+    with threadpool_limits(1):
+        for turn in range(rounds):
+            for name, way in ways.items():
+                start, start_reckoned = time.perf_counter(), time.process_time()
+                way()
+                seconds[name][turn] = time.perf_counter() - start
+                reckoned[name][turn] = time.process_time() - start_reckoned
+    return Timings(seconds, reckoned)

@@ -52,9 +52,11 @@ def test_ways_take_turns_after_their_warm_up():
 
 
 def test_ratios_are_taken_round_by_round():
-    timings = Timings({"ours": np.array([1.0, 2.0, 4.0]), "theirs": np.array([3.0, 6.0, 40.0])})
-    assert timings.median("ours") == 2.0
-    assert timings.spread("ours") == (1.5, 3.0)
+    reckoned = {"ours": np.array([1.0, 2.0, 4.0]), "theirs": np.array([3.0, 6.0, 40.0])}
+    timings = Timings({name: 2 * seconds for name, seconds in reckoned.items()}, reckoned)
+    assert timings.median("ours") == 4.0
+    assert timings.median_reckoned("ours") == 2.0
+    assert timings.spread("ours") == (3.0, 6.0)
     assert timings.ratio("theirs", "ours") == 3.0
 
 
@@ -69,4 +71,5 @@ def test_more_bodies_than_there_are_are_refused():
 
 
 def test_a_part_of_the_population_is_measured():
-    assert measure_rows(np.arange(2)) > 0
+    reckoned, making = measure_rows(np.arange(2))
+    assert reckoned >= making >= 0
