@@ -6,7 +6,8 @@
 #   make format      put the Python files into the one style
 #   make train       the shipped estimators, from the shipped population (minutes)
 #   make population  the open population from nothing, through Anny and PyTorch (up to an hour)
-#   make report      the population beside the survey, and the estimators' errors, as pages of docs/
+#   make report      the population beside the survey, the paper's study repeated, and the
+#                    estimators' errors, as pages of docs/
 #                    (ARGS="--survey-rows FOLDER": their errors on real people too)
 #   make guide       docs/measurements.md: every measurement, its picture and its spread
 #   make bench       how long measuring takes, beside a peer's way, in one run (ARGS="--rounds 9")

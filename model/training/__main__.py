@@ -16,7 +16,7 @@ def main() -> None:
     commands.add_parser("population", help="build the open population through Anny")
     commands.add_parser("train", help="train the shipped estimators from the shipped population")
     commands.add_parser("measurements", help="write docs/measurements.md with its pictures")
-    report = commands.add_parser("report", help="write docs/population.md and docs/validation.md")
+    report = commands.add_parser("report", help="write population, paper and validation in docs/")
     report.add_argument(
         "--survey-rows", type=Path, help="the survey's rows, for errors on real people"
     )

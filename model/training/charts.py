@@ -77,7 +77,7 @@ def lines(
     series : by name, n values each.
     logarithmic : whether places lie by their logarithm; all must then be positive.
     """
-    width, height, left, top = 640, 300, 62, 40
+    width, height, left, top = 640, 310, 62, 54
     inner_width, inner_height = width - left - 170, height - top - 52
     places = np.log(across) if logarithmic else np.asarray(across, dtype=float)
     reach = max((places[-1] - places[0]), 1e-12)
@@ -100,7 +100,7 @@ def lines(
             last = x(place)
             pen.text(last, top + inner_height + 16, f"{value:g}", anchor="middle", size=11)
     pen.text(left + inner_width / 2, height - 14, across_label, anchor="middle", size=12)
-    pen.text(8, top - 6, up_label, size=12, colour=FAINT)
+    pen.text(left, 38, up_label, size=12, colour=FAINT)
     heights = _apart([y(values[-1]) for values in series.values()], 14)
     for i, ((name, values), label_height) in enumerate(zip(series.items(), heights, strict=True)):
         points = " ".join(f"{x(p):.1f},{y(v):.1f}" for p, v in zip(places, values, strict=True))

@@ -58,6 +58,9 @@ TABLE_4: Mapping[Sex, tuple[str, ...]] = MappingProxyType(
 )
 """The paper's subsets of seven, by falling variance."""
 
+PAPER_LEFT_OUT = ("underbust_girth", "upper_arm_girth", "armscye_girth", "knee_girth")
+"""The four girths that the paper leaves out for their outliers (4.1.1; "bicep girth" there)."""
+
 PAPER_DROPPED: Mapping[Sex, tuple[str, ...]] = MappingProxyType(
     {
         "female": ("waist_height", "inseam_height", "hip_to_ankle_height"),

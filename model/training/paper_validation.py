@@ -95,15 +95,17 @@ def shape_errors(space: PaperSpace, estimated: Floats, true: Floats) -> ShapeErr
     parts = []
     for start in range(0, len(true), 64):
         part = slice(start, start + 64)
-        apart = space.vertices(estimated[part] - true[part])
-        distances = np.linalg.norm(apart, axis=2)
-        nearest = apart - apart.mean(axis=1, keepdims=True)
+        moved = (estimated[part] - true[part]).astype(np.float32) @ space.rows
+        apart = moved.reshape(len(moved), -1, 3)
+        squares = np.einsum("nvi,nvi->nv", apart, apart)
+        distances = np.sqrt(squares)
+        apart -= apart.mean(axis=1, keepdims=True)
         parts.append(
             [
-                (apart**2).mean(axis=(1, 2)),
-                distances.mean(axis=1),
-                distances.max(axis=1),
-                np.linalg.norm(nearest, axis=2).mean(axis=1),
+                squares.mean(axis=1, dtype=np.float64) / 3,
+                distances.mean(axis=1, dtype=np.float64),
+                distances.max(axis=1).astype(np.float64),
+                np.sqrt(np.einsum("nvi,nvi->nv", apart, apart)).mean(axis=1, dtype=np.float64),
             ]
         )
     return ShapeErrors(*(np.concatenate(piece) for piece in zip(*parts, strict=True)))
@@ -144,6 +146,20 @@ def evaluated(sex: Sex) -> tuple[tuple[str, ...], tuple[str, ...]]:
     return tuple(entered), tuple(name for name in (*seven, *dropped) if name in TAKEN)
 
 
+@dataclass(frozen=True, eq=False)
+class PeopleErrors:
+    """Errors against what people say they measure.
+
+    Attributes
+    ----------
+    missed : ndarray of shape (n, m), measured on the estimate less said, SI, as `TAKEN`.
+    total : ndarray of shape (n,), each person's total distance error, metres.
+    """
+
+    missed: Floats
+    total: Floats
+
+
 def people_errors(
     space: PaperSpace,
     model: Model,
@@ -152,20 +168,22 @@ def people_errors(
     *,
     tape: float = 0.0,
     seed: int = 0,
-) -> Floats:
-    """Each person's total distance error: (n,), metres, against what they say they measure.
+) -> PeopleErrors:
+    """Estimates people from what the paper's people were asked for, and measures them.
 
     Parameters
     ----------
-    values : ndarray of shape (n, m), SI, as `TAKEN`.
+    values : ndarray of shape (n, m), SI, as `TAKEN`; a column of NaN is not known, and then
+        neither entered nor summed.
     tape : deviation of what they say from what they measure, as a multiple of `ALLOWED`.
     """
     entered, summed = evaluated(sex)
     random = np.random.default_rng(seed)
     deviations = np.array([tape * ALLOWED.get(name, 0.0) for name in TAKEN])
     said = values + deviations * random.normal(size=values.shape)
-    estimated = model(given(TAKEN, said, entered))
-    return total_distance_error(misses(space, estimated, said), summed)
+    missed = misses(space, model(given(TAKEN, said, entered)), said)
+    known = [name for name in summed if not np.isnan(values[:, TAKEN.index(name)]).any()]
+    return PeopleErrors(missed=missed, total=total_distance_error(missed, known))
 
 
 def learned_from(population: Population, sex: Sex) -> NDArray[np.int64]:

@@ -1,4 +1,4 @@
-"""Writes ``docs/population.md`` and ``docs/validation.md``: one command, fixed seeds."""
+"""Writes the population's, the paper's and the validation's page of docs/, with fixed seeds."""
 
 from itertools import pairwise
 from pathlib import Path
@@ -9,9 +9,11 @@ from model.anthropometry import TAKEN
 from model.estimators import load_estimators
 from model.geometry import Floats
 from model.measurements import MEASUREMENTS
+from model.training.paper_report import write_paper_report
 from model.training.population import Population, load_population
 from model.training.population_report import table, write_population_report
 from model.training.survey import INDEX_BANDS, SEXES
+from model.training.train import measure_population
 from model.training.validation import (
     ENTERED,
     FROM_SURVEY,
@@ -27,9 +29,10 @@ DOCS = Path("docs")
 
 
 def write_report(survey_rows: Path | None) -> None:
-    """Writes both documents; the errors on real people need the survey's rows."""
+    """Writes all three documents; the errors on real people need the survey's rows."""
     population = load_population()
     write_population_report(population, DOCS)
+    write_paper_report(population, measure_population(population), DOCS, survey_rows)
     text = _validation(population, survey_rows)
     (DOCS / "validation.md").write_text(text + "\n", encoding="utf-8")
     print(text)
