@@ -339,7 +339,7 @@ def test_any_json_is_answered_as_described(call, document):
 @pytest.mark.parametrize("body", BODY_KINDS)
 def test_the_ends_of_every_range_are_accepted(call, body, units):
     table = call(f"/api/v1/measurements?units={units}").json
-    ranges = {row["name"]: row["range"][body] for row in table if row["name"] in TAKEN}
+    ranges = {row["name"]: row["range"][body] for row in table}
     for end in (0, 1):
         values = {name: limits[end] for name, limits in ranges.items()}
         document = {"body": body, "units": units, "measurements": values}

@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from model.anthropometry import TAKEN
 from model.cameras import Camera
 from model.measurements import BODY_KINDS, MEASUREMENTS
 from webapp.forms import (
@@ -20,7 +19,7 @@ from webapp.forms import (
 )
 
 LIMITS = {
-    kind: {name: (30, 200) if name == "weight" else (0.05, 2.0) for name in TAKEN}
+    kind: {name: (30, 200) if name == "weight" else (0.05, 2.0) for name in MEASUREMENTS}
     | {"stature": (1.3, 2.1), "waist_girth": (0.45, 1.7)}
     for kind in BODY_KINDS
 }
@@ -113,12 +112,6 @@ def measured(**measurements):
 )
 def test_a_value_that_cannot_be_is_refused_at_its_field(document, field, code):
     assert faults_of(document) == {(field, code)}
-
-
-def test_a_measurement_that_is_not_taken_yet_is_refused():
-    names = [name for name in MEASUREMENTS if name not in TAKEN]
-    for name in names:
-        assert faults_of(measured(**{name: 40})) == {(f"measurements.{name}", "not_available")}
 
 
 def test_morph_targets_are_refused_until_there_are_any():
@@ -225,7 +218,7 @@ def test_a_number_that_fits_no_unit_is_told_the_limits():
 
 
 def test_typed_answers_keep_to_a_length_that_fits_the_cookie():
-    typed = Typed.of(dict.fromkeys(TAKEN, "9" * 500))
+    typed = Typed.of(dict.fromkeys(MEASUREMENTS, "9" * 500))
     assert {len(answer) for answer in typed.answers.values()} == {TYPED_LENGTH}
 
 

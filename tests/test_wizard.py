@@ -5,8 +5,8 @@ from conftest import text
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from model.anthropometry import TAKEN
 from model.measurements import BODY_KINDS, MEASUREMENTS
+from webapp.forms import FORM
 
 WOMAN = {"body": "female", "units": "metric", "stature": "168", "waist_girth": "74,5"}
 
@@ -16,7 +16,7 @@ def values(page):
     return {
         field.get("name"): field.get("value")
         for field in page.iter("input")
-        if field.get("name") in TAKEN and field.get("value")
+        if field.get("name") in FORM and field.get("value")
     }
 
 
@@ -29,12 +29,16 @@ def faults(page):
     }
 
 
-def test_the_form_asks_for_every_measurement_that_is_taken(client):
+def test_the_form_asks_for_the_measurements_of_the_first_round(client):
     assert client.get("/").status_code == 200
-    asked = [field.get("name") for field in client.page.iter("input") if field.get("name") in TAKEN]
-    assert sorted(asked) == sorted(TAKEN)
+    asked = [
+        field.get("name")
+        for field in client.page.iter("input")
+        if field.get("name") in MEASUREMENTS
+    ]
+    assert sorted(asked) == sorted(FORM)
     assert asked[:4] == ["stature", "weight", "bust_girth", "waist_girth"]
-    for name in TAKEN:
+    for name in FORM:
         hint = client.page.find(f".//p[@id='{name}-how']")
         assert text(hint).startswith(MEASUREMENTS[name].how_to)
 
@@ -46,7 +50,7 @@ def test_the_form_asks_each_kind_of_body_what_the_table_says(client, kind):
         field.get("name") for field in client.page.iter("input") if field.get("type") == "text"
     }
     said = {name for name, row in MEASUREMENTS.items() if kind in row.in_wizard}
-    assert asked == said & set(TAKEN)
+    assert asked == said
 
 
 def test_the_form_says_which_waist_and_which_inseam(client):
@@ -58,7 +62,7 @@ def test_the_form_says_which_waist_and_which_inseam(client):
 
 def test_each_unit_is_told_to_everyone(client):
     client.get("/")
-    for name in TAKEN:
+    for name in FORM:
         field = client.page.find(f".//input[@name='{name}']")
         assert f"{name}-unit" in field.get("aria-describedby").split()
         assert field.get("inputmode") == "decimal"
@@ -187,7 +191,7 @@ def test_the_form_is_kept_by_the_browser_alone(client):
 answers = st.text(max_size=40) | st.decimals(1, 300, places=1).map(str)
 
 
-@given(st.dictionaries(st.sampled_from(["body", "units", "switch_to", *TAKEN]), answers))
+@given(st.dictionaries(st.sampled_from(["body", "units", "switch_to", *FORM]), answers))
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 def test_any_form_is_answered(client, fields):
     response = client.send(**fields)
@@ -217,6 +221,6 @@ def test_bytes_that_are_no_form_are_told_so_on_the_page(client, content, content
 
 @pytest.mark.parametrize("count", [1, 11])
 def test_the_cookie_stays_within_a_browsers_limit(client, count):
-    client.send(**dict.fromkeys(TAKEN[:count], "".join(map(chr, range(0x1F600, 0x1F640)))))
+    client.send(**dict.fromkeys(FORM[:count], "".join(map(chr, range(0x1F600, 0x1F640)))))
     cookie = client.get_cookie("fitting_room")
     assert len(cookie.value) < 4000

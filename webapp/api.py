@@ -45,7 +45,8 @@ def measurements() -> Response:
                 "how_to": row.how_to,
                 "helper_needed": row.helper_needed,
                 "range": {
-                    kind: _range(name, limits()[kind].get(name), chosen) for kind in BODY_KINDS
+                    kind: units.range_in(*limits()[kind][name], row.unit, chosen, DECIMALS)
+                    for kind in BODY_KINDS
                 },
                 "in_wizard": {kind: kind in row.in_wizard for kind in BODY_KINDS},
             }
@@ -144,13 +145,6 @@ def _document(avatar: Avatar) -> dict[str, Any]:
             "trained_on": avatar.estimator.trained_on,
         },
     }
-
-
-def _range(name: str, limits: tuple[float, float] | None, chosen: Units) -> list[float] | None:
-    """Limits in the API's unit; None for a measurement that is not used yet."""
-    if limits is None:
-        return None
-    return list(units.range_in(*limits, MEASUREMENTS[name].unit, chosen, DECIMALS))
 
 
 def _number(name: str, value: float, chosen: Units) -> float:

@@ -26,6 +26,13 @@ from model.rendering import RenderingUnavailable, render_png
 from model.template_mesh import Body
 from webapp.forms import AvatarRequest, Limits, Refusal, Refused, Typed
 
+ESTIMATED = {
+    "We estimated: around the body": ("girth",),
+    "We estimated: over the skin": ("length",),
+    "We estimated: heights and weight": ("height", "mass"),
+}
+"""The parts of the page's table, and the kinds of measurements in each."""
+
 MET = 0.0005
 """Metres or kilograms: an entered value this near to the body's is the body's."""
 
@@ -167,11 +174,17 @@ def page() -> str | AnyResponse:
     except Refused:
         flash(CONTRADICTORY)
         return redirect(url_for("wizard.form"), 303)
+    every = rows(avatar)
+    entered = [row for row in every if row.asked is not None]
+    estimated = {
+        title: [row for row in every if row.asked is None and MEASUREMENTS[row.name].kind in kinds]
+        for title, kinds in ESTIMATED.items()
+    }
     return render_template(
         "avatars/avatar.html",
         units=wanted.units,
-        entered=[row for row in rows(avatar) if row.asked is not None],
-        estimated=[row for row in rows(avatar) if row.asked is None],
+        entered=entered,
+        groups={"You entered": entered, **estimated},
         measurements=MEASUREMENTS,
         pictures=not why_no_pictures(),
     )

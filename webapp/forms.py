@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, Self, cast
 
-from model.anthropometry import TAKEN
 from model.cameras import DISTANCES, HEIGHTS, Camera
 from model.measurements import BODY_KINDS, MEASUREMENTS, BodyKind, Measurement, MeasurementSet
 from webapp import units
@@ -18,7 +17,7 @@ from webapp.units import UNITS, Units
 Limits = Mapping[str, tuple[float, float]]
 """What an adult can plausibly measure: name to lowest and highest value, SI."""
 
-FORM = tuple(name for name in TAKEN if MEASUREMENTS[name].in_wizard)
+FORM = tuple(name for name, row in MEASUREMENTS.items() if row.in_wizard)
 """The measurements that a person can type, in the table's order."""
 
 BODY_MEMBERS = ("body", "units", "measurements", "fit")
@@ -194,9 +193,6 @@ def _asked(
         if name not in MEASUREMENTS:
             message = "No measurement has this name. GET /api/v1/measurements lists them."
             faults.append(Refusal(field, "unknown_measurement", message))
-        elif name not in TAKEN:
-            message = "This measurement is not used for estimating yet."
-            faults.append(Refusal(field, "not_available", message))
         elif (value := _number(number)) is None:
             faults.append(Refusal(field, "not_a_number", "A finite number is needed."))
         else:

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-from model.anthropometry import TAKEN
 from model.measurements import BODY_KINDS, MEASUREMENTS
 from webapp.forms import CAMERA_LIMITS
 from webapp.units import SYMBOLS, UNITS
@@ -93,7 +92,7 @@ def _schemas() -> dict[str, Schema]:
             "description": "Metric: cm and kg. Imperial: in and lb. For the answer too.",
         },
         "measurements": {
-            **_object(dict.fromkeys(TAKEN, positive), required=["stature"]),
+            **_object(dict.fromkeys(MEASUREMENTS, positive), required=["stature"]),
             "description": "Any of these, at least stature, within the ranges that "
             "/api/v1/measurements gives for the body; other values are refused with 422.",
         },
@@ -139,9 +138,8 @@ def _schemas() -> dict[str, Schema]:
             }
         ),
         "Range": {
-            "description": "Lowest and highest value that is accepted; null for a measurement "
-            "that is not used yet.",
-            "anyOf": [_list_of(number, 2), {"type": "null"}],
+            "description": "Lowest and highest value that is accepted.",
+            **_list_of(number, 2),
         },
         "Avatar": _object(
             {
@@ -150,8 +148,8 @@ def _schemas() -> dict[str, Schema]:
                 "measurements": {
                     "type": "array",
                     "items": _ref("TakenMeasurement"),
-                    "minItems": len(TAKEN),
-                    "maxItems": len(TAKEN),
+                    "minItems": len(MEASUREMENTS),
+                    "maxItems": len(MEASUREMENTS),
                 },
                 "warnings": {"type": "array", "items": _ref("Warning")},
                 "estimator": _object({"version": text, "trained_on": text}),
