@@ -3,7 +3,8 @@
 Reference: *Estimating Body Shapes From Body Measurements*. Linear, section 4.5, equations 6
 to 8: a matrix A with T(x) = A x, found as A = y x⁺ from the population's coordinates y and
 measurements x. By principal components, section 4.3, equations 1 to 5. Coordinates may be
-coefficients on a shape basis, which is itself linear, so that the linear law is the same.
+coefficients on a shape basis: the mean body aside they are linear in the vertices, so that
+with a constant term the linear law is the same.
 """
 
 from collections.abc import Mapping

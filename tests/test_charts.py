@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from model.training.charts import Bar, bars, lines, round_ticks, shades
+from model.training.charts import Bar, bars, boxes, lines, round_ticks, shades
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -30,6 +30,21 @@ def test_bars_are_as_long_as_their_values() -> None:
 def test_bars_of_nothing_are_drawn() -> None:
     svg = ElementTree.fromstring(bars({"none missing": [Bar("neck", 0.0, "0")]}))
     assert list(svg.iter(f"{SVG}rect"))[1].get("width") == "0.0"
+
+
+def test_boxes_lie_where_their_values_do() -> None:
+    even = np.append(np.linspace(0, 1, 201), np.nan)
+    svg = ElementTree.fromstring(boxes({"women": {"even": even, "low": even / 4}}, note="n"))
+    drawn = list(svg.iter(f"{SVG}rect"))[1:]
+    (left, width), (low_left, low_width) = (
+        (float(box.get("x")), float(box.get("width"))) for box in drawn
+    )
+    assert low_width == pytest.approx(width / 4, abs=0.1)
+    zero = left - width / 2
+    assert low_left - zero == pytest.approx((left - zero) / 4, abs=0.1)
+    strokes = [line for line in svg.iter(f"{SVG}line") if line.get("stroke-width")]
+    assert float(strokes[0].get("x1")) == pytest.approx(left + width / 2, abs=0.1)
+    assert {"women", "even", "low", "0.25", "n"} <= set(words(svg))
 
 
 @pytest.mark.parametrize("logarithmic", [False, True])

@@ -15,6 +15,7 @@ from model.training.feature_selection import (
     candidates,
     correlate,
     find_outliers,
+    scaled_variances,
     select,
     stability,
 )
@@ -76,6 +77,13 @@ def test_an_even_spread_has_the_variance_of_an_even_law() -> None:
     assert choice.variances[0] == pytest.approx(1 / 12, rel=1e-3)
     assert (choice.low[0], choice.high[0]) == (1.5, 1.9)
     assert choice.outliers.tolist() == [0, 0]
+
+
+def test_variances_alone_are_those_of_the_choice() -> None:
+    values = np.random.default_rng(10).standard_t(3, size=(400, 5)) * [1, 2, 3, 4, 5]
+    choice = select((*TABLE_4["male"][1:5], "stature"), values)
+    assert choice.outliers.sum() > 10
+    assert scaled_variances(values) == pytest.approx(choice.variances)
 
 
 def test_scale_and_origin_change_nothing() -> None:

@@ -1,4 +1,4 @@
-"""Small charts as SVG, for the documents: bars, lines, and a table of shades.
+"""Small charts as SVG, for the documents: bars, boxes, lines, and a table of shades.
 
 Plain XML through the standard library: what is drawn is a few rectangles and words. Colours
 are dark enough on white and differ in lightness too, so that they are told apart without hue.
@@ -57,6 +57,39 @@ def bars(panels: Mapping[str, Sequence[Bar]], *, note: str = "") -> str:
             pen.draw("rect", x=left + names, y=top, width=length, height=ROW - 5, fill=colour)
             pen.text(left + names + length + 4, top + 11, bar.words, size=10, colour=FAINT)
     pen.text(8, 30 + count * ROW + 14, note, size=11, colour=FAINT)
+    return _written(svg)
+
+
+def boxes(panels: Mapping[str, Mapping[str, Floats]], *, note: str = "") -> str:
+    """Where values between 0 and 1 lie, a panel beside the other; as the text of an SVG.
+
+    Parameters
+    ----------
+    panels : by title and name, ndarrays of shape (n,), NaN left out. A box holds the middle
+        half of the values, with a stroke at the median; its line nine tenths of them.
+    """
+    count = max(map(len, panels.values()), default=0)
+    names, wide, margin = 190, 200, 30
+    panel_width = names + wide + margin
+    svg, pen = _canvas(panel_width * len(panels), ROW * count + 64)
+    for column, (title, panel) in enumerate(panels.items()):
+        left = column * panel_width + names
+        pen.text(left, 18, title, weight="bold")
+        for tick in (0.0, 0.25, 0.5, 0.75, 1.0):
+            x = left + wide * tick
+            pen.draw("line", x1=x, x2=x, y1=28.0, y2=30.0 + ROW * count, stroke=GRID)
+            pen.text(x, 44 + ROW * count, f"{tick:g}", anchor="middle", size=10, colour=FAINT)
+        for row, (name, values) in enumerate(panel.items()):
+            middle = 36.0 + row * ROW
+            ends = left + wide * np.nanquantile(values, [0.05, 0.25, 0.5, 0.75, 0.95])
+            low, first, median, third, high = ends.tolist()
+            pen.text(left - 6, middle + 5, name, anchor="end", size=11)
+            pen.draw("line", x1=low, x2=high, y1=middle, y2=middle, stroke=FAINT)
+            box = {"x": first, "y": middle - 5, "width": third - first, "height": 10}
+            pen.draw("rect", **box, fill=PLAIN)
+            at_median = {"x1": median, "x2": median, "y1": middle - 5, "y2": middle + 5}
+            pen.draw("line", **at_median, stroke=MARKED, **{"stroke-width": 2})
+    pen.text(8, 60 + count * ROW, note, size=11, colour=FAINT)
     return _written(svg)
 
 

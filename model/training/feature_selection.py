@@ -81,6 +81,7 @@ class Selection:
     outliers : ndarray of shape (m,), how many values became missing.
     error_prone : those left out for their outliers.
     low, high : ndarrays of shape (m,), the ends that were scaled to 0 and 1, SI units.
+    scaled : ndarray of shape (n, m), the values from 0 to 1, NaN for outliers.
     variances : ndarray of shape (m,), of the scaled values.
     top : the ten that vary most, by falling variance.
     judged : `top`, and stature where it is not among them.
@@ -94,6 +95,7 @@ class Selection:
     error_prone: tuple[str, ...]
     low: Floats
     high: Floats
+    scaled: Floats
     variances: Floats
     top: tuple[str, ...]
     judged: tuple[str, ...]
@@ -132,7 +134,8 @@ def select(names: Sequence[str], values: Floats) -> Selection:
     outlying = find_outliers(values)
     kept = np.where(outlying, np.nan, values)
     low, high = np.nanmin(kept, axis=0), np.nanmax(kept, axis=0)
-    variances = np.nanvar((kept - low) / (high - low), axis=0, ddof=1)
+    scaled = (kept - low) / (high - low)
+    variances = np.nanvar(scaled, axis=0, ddof=1)
     error_prone = outlying.mean(axis=0) > ERROR_PRONE
     ranked = [names[i] for i in np.argsort(-variances, kind="stable") if not error_prone[i]]
     top = tuple(ranked[:TOP])
@@ -147,6 +150,7 @@ def select(names: Sequence[str], values: Floats) -> Selection:
         error_prone=tuple(np.array(names)[error_prone].tolist()),
         low=low,
         high=high,
+        scaled=scaled,
         variances=variances,
         top=top,
         judged=judged,
@@ -160,6 +164,14 @@ def find_outliers(values: Floats) -> Booleans:
     """Which values lie beyond mean ± 3 standard deviations: (n, m), NaN never."""
     centre, spread = np.nanmean(values, axis=0), np.nanstd(values, axis=0, ddof=1)
     return np.abs(values - centre) > DEVIATIONS * spread
+
+
+def scaled_variances(values: Floats) -> Floats:
+    """The variances of columns without outliers, scaled from 0 to 1: (m,) of (n, m)."""
+    kept = np.where(find_outliers(values), np.nan, values)
+    reach = np.nanmax(kept, axis=0) - np.nanmin(kept, axis=0)
+    variances: Floats = np.nanvar(kept, axis=0, ddof=1) / reach**2
+    return variances
 
 
 def correlate(values: Floats) -> Floats:

@@ -67,7 +67,7 @@ def write_paper_report(
             f"{int(population.held_out.sum())} held out.",
             "## What the paper found, and what we find",
             findings(space, choices, trials, evaluation),
-            selection_chapter(choices, images, written),
+            selection_chapter(choices, images, written, survey_rows),
             shape_chapter(space, trials, population, values, images, written),
             measurement_chapter(space, trials),
             evaluation_chapter(evaluation),

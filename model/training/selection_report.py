@@ -8,7 +8,7 @@ import numpy as np
 
 from model.anthropometry import TAKEN
 from model.geometry import Floats
-from model.training.charts import Bar, bars, shades
+from model.training.charts import Bar, bars, boxes, shades
 from model.training.feature_selection import (
     ERROR_PRONE,
     PAPER_LEFT_OUT,
@@ -19,13 +19,14 @@ from model.training.feature_selection import (
     Selection,
     Stability,
     candidates,
+    scaled_variances,
     select,
     stability,
 )
 from model.training.paper_validation import learned_from
 from model.training.population import Population
 from model.training.population_report import table
-from model.training.survey import SEXES, Sex
+from model.training.survey import SEXES, SURVEY_TAPES, Sex, is_test_person, read_people
 
 NORMAL, EVEN = 1 / 36, 1 / 12
 """The variance, scaled to 0..1, of a normal law cut off and filled up at three deviations, and
@@ -76,12 +77,15 @@ def choose(population: Population, values: Floats) -> dict[Sex, Choice]:
     return choices
 
 
-def selection_chapter(choices: Mapping[Sex, Choice], images: Path, written: str) -> str:
+def selection_chapter(
+    choices: Mapping[Sex, Choice], images: Path, written: str, survey_rows: Path | None
+) -> str:
     """The chapter as Markdown; writes its charts into the folder of images.
 
     Parameters
     ----------
     written : by what, when and from what, to stand below each chart.
+    survey_rows : folder of the survey's rows, to look at its own people too, or None.
     """
     selections = {sex: choice.selection for sex, choice in choices.items()}
     _charts(selections, images)
@@ -96,6 +100,7 @@ def selection_chapter(choices: Mapping[Sex, Choice], images: Path, written: str)
         "### 2. Scaling and variance",
         "Each measurement is scaled so that its values, outliers aside, go from 0 to 1, and "
         "the measurements are sorted by variance.",
+        _picture("scaled", "The scaled measurements", written),
         _picture("variances", "Variance of the scaled measurements", written),
         f"What this measures is how evenly people fill the range: a normal law reaching to three "
         f"deviations on both sides has a variance of {NORMAL:.3f} whatever its width, an even "
@@ -110,6 +115,8 @@ def selection_chapter(choices: Mapping[Sex, Choice], images: Path, written: str)
         *[_seven_table(sex, choices[sex]) for sex in SEXES],
         _why(choices),
     ]
+    if survey_rows is not None:
+        pieces.append(survey_words(survey_rows))
     return "\n\n".join(pieces)
 
 
@@ -120,6 +127,7 @@ def _picture(name: str, words: str, written: str) -> str:
 def _charts(selections: Mapping[Sex, Selection], images: Path) -> None:
     outliers: dict[str, list[Bar]] = {}
     variances: dict[str, list[Bar]] = {}
+    scaled: dict[str, dict[str, Floats]] = {}
     for sex, selection in selections.items():
         by_outliers = np.argsort(-selection.outliers, kind="stable")
         outliers[sex] = [
@@ -131,6 +139,8 @@ def _charts(selections: Mapping[Sex, Selection], images: Path) -> None:
             )
             for i in by_outliers
         ]
+        by_variance = np.argsort(-selection.variances, kind="stable")
+        scaled[sex] = {selection.names[i]: selection.scaled[:, i] for i in by_variance}
         variances[sex] = [
             Bar(
                 selection.names[i],
@@ -138,12 +148,14 @@ def _charts(selections: Mapping[Sex, Selection], images: Path) -> None:
                 f"{selection.variances[i]:.4f}",
                 selection.names[i] in selection.top,
             )
-            for i in np.argsort(-selection.variances, kind="stable")
+            for i in by_variance
         ]
         drawn = shades(selection.judged, selection.correlations, title=f"Correlations, {sex}")
         _write(images / f"paper_correlations_{sex}.svg", drawn)
     note = f"Bodies beyond mean ± 3 deviations. Dark: more than {ERROR_PRONE:.0%}, left out."
     _write(images / "paper_outliers.svg", bars(outliers, note=note))
+    note = "Box: the middle half of the bodies, and the median; line: nine tenths of them."
+    _write(images / "paper_scaled.svg", boxes(scaled, note=note))
     _write(images / "paper_variances.svg", bars(variances, note=f"Dark: the top {TOP}."))
 
 
@@ -295,11 +307,50 @@ def _why(choices: Mapping[Sex, Choice]) -> str:
             "Why ours differ. Six in ten of our people are drawn evenly over body-mass index, "
             "SPRING's are as they came. Whatever follows weight closely then fills its range "
             "evenly and rises; statures come from a normal law and stay near its "
-            f"{NORMAL:.3f}, so that height falls behind. Among the girths the differences are "
-            "small beside those between draws. Drawn as the survey has it, little is settled: "
+            f"{NORMAL:.3f}, so that height falls behind. Which girths lead is partly chance: "
+            f"{_firm(choices)}. Drawn as the survey has it, little is settled: "
             f"the seven most frequent are chosen in {min(often):.0%} to {max(often):.0%} of the "
             "draws, for all measurements then have nearly normal laws, which this variance "
-            "hardly tells apart. Table 4 may be one such draw. The method says little about which "
-            "measurements a body needs; the errors of the subsets, below, do.",
+            "hardly tells apart. The method says little about which measurements a body needs; "
+            "the errors of the subsets, below, do.",
         ]
+    )
+
+
+def _firm(choices: Mapping[Sex, Choice]) -> str:
+    """How many of the seven are chosen almost always, and how near the top ten are."""
+    pieces = []
+    for sex, choice in choices.items():
+        shares = [choice.drawn_anew.selected[name] for name in choice.selection.selected]
+        variances = [
+            choice.selection.variances[choice.selection.names.index(name)]
+            for name in choice.selection.top
+        ]
+        pieces.append(
+            f"{sex} {sum(share >= 0.9 for share in shares)} of {len(shares)} are chosen in nine "
+            f"draws of ten, and the first's variance is {variances[0] / variances[-1] - 1:.0%} "
+            "above the tenth's"
+        )
+    return "; ".join(pieces)
+
+
+def survey_words(folder: Path) -> str:
+    """The same steps on the survey's real people, but those kept for tests, and its columns."""
+    pieces = []
+    for sex in SEXES:
+        subjects, people = read_people(folder / f"{sex}_half_a.csv")
+        seen = np.array([not is_test_person(subject) for subject in subjects])
+        variances = scaled_variances(people[seen])
+        columns = list(SURVEY_TAPES)
+        ranked = np.argsort(-variances, kind="stable")
+        top = ", ".join(f"`{columns[i]}`" for i in ranked[:TOP])
+        rank = ranked.tolist().index(columns.index("stature")) + 1
+        pieces.append(
+            f"- {sex} ({int(seen.sum())}): {top}: from {variances[ranked[0]]:.4f} to "
+            f"{variances[ranked[TOP - 1]]:.4f}; stature is rank {rank} of {len(columns)} with "
+            f"{variances[columns.index('stature')]:.4f}."
+        )
+    return (
+        "The survey's own people bear that out. Of the columns that our bodies are fitted to, "
+        "those vary most by the same steps:\n\n" + "\n".join(pieces)
     )

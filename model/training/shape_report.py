@@ -26,6 +26,7 @@ from model.training.paper_models import (
     learn,
 )
 from model.training.paper_validation import (
+    TOPS,
     ShapeErrors,
     held_out,
     learned_from,
@@ -152,7 +153,8 @@ def shape_chapter(
             "largest distance in cm. The paper's equations have no constant term: all of the "
             "body must follow in proportion from what is given. *Left divided*: the paper "
             "divides the weights by their eigenvalues and does not say that they are "
-            "multiplied again; if they are, the division changes nothing. *In place*: the "
+            "multiplied again; if they are, the division changes nothing, and if not, what comes "
+            "out depends on the unit (here the metre). *In place*: the "
             "linear model with a constant, each estimate first moved as a whole to where it "
             "fits best.",
             *[_all_bodies(trials[sex], sex) for sex in SEXES],
@@ -162,11 +164,13 @@ def shape_chapter(
 
 
 def _subset_words(trials: Mapping[Sex, Trial]) -> str:
+    shared = list(next(iter(trials.values())).subsets)[len(TOPS)].removeprefix("selected ")
     pieces = [
         "The paper's subsets as chosen above: of the ten that vary most the first 2 to 10, the "
-        "seven selected, and those of them that both sexes share; then its own Table 4, and "
-        "for comparison the seven that tell most about the shape, each added to those before "
-        "it where it lowers the squared error of the vertices most:\n"
+        f"seven selected, and those of them that both sexes share (six in the paper, {shared} "
+        "here); then its own Table 4, and for comparison the seven that tell most about the "
+        "shape, each added to those before it where it lowers the squared error of the "
+        "vertices most:\n"
     ]
     for sex, trial in trials.items():
         best = ", ".join(f"`{name}`" for name in trial.subsets[BEST])
