@@ -26,6 +26,7 @@ SHOULDER: Landmarks = ("acromion_left", "axilla_left")
 ELBOW: Landmarks = ("radiale_left", "medial_epicondyle_left")
 WRIST: Landmarks = ("stylion_left", "ulnar_styloid_left")
 THELIA: Landmarks = ("thelion_left", "thelion_right")
+BUTTOCKS: Landmarks = ("buttock_point_left", "buttock_point_right")
 # Over a round belly the middle is not the shortest way, but the one a tape takes.
 WAIST_TO_CROTCH: Landmarks = ("waist_front", "omphalion", "abdomen_bottom", "crotch")
 
@@ -54,12 +55,13 @@ TAPES: Mapping[str, Tape] = {
     "stature": Height(),
     "weight": Mass(),
     # Between the lowest ribs and the top of the hip bones; both move with the trunk.
-    "waist_girth": Girth(TRUNK, ("omphalion",), ("underbust",), (0.0, 0.6), "narrowest", planes=9),
+    "waist_girth": Girth(TRUNK, ("omphalion",), ("underbust",), (0.15, 0.6), "narrowest", planes=9),
     "head_girth": Girth(
         ("head_neck",), ("glabella",), ("vertex",), (0.0, 0.4), "widest", planes=7, reach=0.025
     ),
     "bust_girth": Girth(TRUNK, THELIA, ("underbust",), (0.0, 0.5), "widest", planes=5),
-    "hip_girth": Girth(HIPS, ("crotch",), ("omphalion",), (0.18, 0.6), "widest", planes=11),
+    # From the fullest part of the buttocks upwards: below it, legs that stand apart widen it.
+    "hip_girth": Girth(HIPS, BUTTOCKS, ("omphalion",), (0.0, 0.5), "widest", planes=9),
     "knee_girth": _limb(LEG, HIP, KNEE, (0.96, 1.02), "widest", planes=3),
     "ankle_girth": _limb(CALF, KNEE, ANKLE, (0.75, 0.97), "narrowest", planes=9),
     "neck_girth": Girth(
@@ -72,7 +74,7 @@ TAPES: Mapping[str, Tape] = {
         planes=7,
         reach=0.08,
     ),
-    "lower_arm_girth": _limb(ARM, ELBOW, WRIST, (0.05, 0.45), "widest", planes=9),
+    "lower_arm_girth": _limb(ARM, ELBOW, WRIST, (0.12, 0.45), "widest", planes=9),
     "upper_arm_girth": _limb(ARM, SHOULDER, ELBOW, (0.35, 0.8), "narrowest", planes=9),
     "wrist_girth": _limb(HAND, ELBOW, WRIST, (0.85, 1.0), "narrowest", planes=5),
     "thigh_girth": _limb(THIGH, HIP, KNEE, (0.0, 0.1), "widest", planes=5),
@@ -80,7 +82,7 @@ TAPES: Mapping[str, Tape] = {
     "armscye_girth": Girth(
         ("torso", "upper_arm_left"), ("axilla_left",), ("acromion_left",), cut="along"
     ),
-    "elbow_girth": _limb(ARM, ELBOW, WRIST, (-0.08, 0.08), "widest", planes=5),
+    "elbow_girth": _limb(ARM, ELBOW, WRIST, (-0.04, 0.04), "widest", planes=3),
     # About the navel, where the belly is fullest; further down it would read the hips.
     "abdomen_girth": Girth(HIPS, ("omphalion",), ("underbust",), (-0.1, 0.2), "widest", planes=7),
     # Breasts may hang below the fold's middle: the narrowest of the next few centimetres.

@@ -1,11 +1,10 @@
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 import trimesh
 from scipy.spatial import ConvexHull
 
-from model import girths
 from model.anthropometry import (
     TAKEN,
     TAPES,
@@ -15,13 +14,29 @@ from model.anthropometry import (
     read_tapes,
 )
 from model.estimators import load_estimators
-from model.girths import Extent, Girth
+from model.geometry import Floats
+from model.girths import Girth
 from model.measurements import BODY_KINDS, MEASUREMENTS, MeasurementSet
 from model.shape_basis import load_shape_basis
-from model.tapes import BODY_DENSITY, Height, Span, Tape
-from model.template_mesh import Body, Landmark, TemplateMesh, load_template_mesh
+from model.tapes import BODY_DENSITY, Geodesic, Tape
+from model.template_mesh import Body, load_template_mesh
 from model.training.population import load_population
 from model.training.survey import SURVEY_TAPES
+
+
+def mirrored(tape: Tape) -> Tape:
+    """The same tape on the other side of the body."""
+    names = {"left": "right", "right": "left"}
+
+    def other(value: object) -> object:
+        if isinstance(value, tuple):
+            return tuple(other(each) for each in value)
+        if isinstance(value, str) and (side := value.rpartition("_")[2]) in names:
+            return value.removesuffix(side) + names[side]
+        return value
+
+    return replace(tape, **{f.name: other(getattr(tape, f.name)) for f in fields(tape)})
+
 
 GIRTHS = [name for name in TAKEN if MEASUREMENTS[name].kind == "girth"]
 
@@ -38,62 +53,11 @@ def bodies() -> list[Body]:
 
 
 @pytest.fixture(scope="module")
-def tube() -> TemplateMesh:
-    """A closed tube of radius 0.2 and height 2 about a slanted axis, with landmarks on it."""
-    mesh = trimesh.creation.cylinder(radius=0.2, height=2.0, sections=64)
-    landmarks = {}
-    for name, end in (("foot", -1), ("head", 1)):
-        vertex = np.linalg.norm(mesh.vertices - [0, 0, end], axis=1).argmin()
-        face = np.flatnonzero((mesh.faces == vertex).any(axis=1))[0]
-        weights = tuple((mesh.faces[face] == vertex).astype(float).tolist())
-        landmarks[name] = Landmark(face=int(face), weights=weights)
-    mesh.apply_transform(trimesh.transformations.rotation_matrix(np.radians(-60), [1, 0, 0]))
-    return TemplateMesh(
-        vertices=mesh.vertices.view(np.ndarray),
-        faces=mesh.faces.view(np.ndarray).astype(np.int32),
-        face_parts=np.zeros(len(mesh.faces), dtype=np.uint8),
-        part_names=("tube",),
-        mirror=np.arange(len(mesh.vertices), dtype=np.int32),
-        landmarks=landmarks,
-    )
-
-
-def test_a_girth_across_its_axis_reads_the_tube(tube: TemplateMesh) -> None:
-    girth = Girth(("tube",), ("foot",), ("head",), (0.3, 0.7), "widest", cut="across")
-    expected = 2 * 64 * 0.2 * np.sin(np.pi / 64)
-    assert girth.read(tube, tube.vertices[None])[0] == pytest.approx(expected, abs=1e-9)
-
-
-def test_a_level_girth_reads_the_slanted_cut(tube: TemplateMesh) -> None:
-    across = Girth(("tube",), ("foot",), ("head",), (0.5, 0.5), "widest", cut="across", planes=1)
-    level = replace(across, cut="level")
-    straight, slanted = (g.read(tube, tube.vertices[None])[0] for g in (across, level))
-    axis = tube.landmark_points(tube.vertices, "head") - tube.landmark_points(tube.vertices, "foot")
-    stretch = np.linalg.norm(axis) / abs(axis[1])
-    theta = np.linspace(0, 2 * np.pi, 100_001)
-    ellipse = np.trapezoid(np.hypot(stretch * np.sin(theta), np.cos(theta)), theta) * 0.2
-    assert straight < slanted
-    assert slanted == pytest.approx(ellipse, rel=2e-3)
-
-
-def test_spans_and_heights_are_distances_of_landmarks(tube: TemplateMesh) -> None:
-    vertices = tube.vertices[None]
-    assert Span("foot", "head").read(tube, vertices)[0] == pytest.approx(2.0)
-    rise = abs(np.diff([tube.landmark_points(tube.vertices, n)[1] for n in ("foot", "head")])[0])
-    assert abs(Height(("head",), ("foot",)).read(tube, vertices)[0]) == pytest.approx(rise)
-
-
-def test_extents_of_a_tubes_section(tube: TemplateMesh) -> None:
-    level = Girth(("tube",), ("foot",), ("head",), (0.5, 0.5), "widest", planes=1)
-    breadth, depth = (
-        Extent(level, d).read(tube, tube.vertices[None])[0] for d in ("breadth", "depth")
-    )
-    # The axis leans by 30 degrees in the plane of depth and height.
-    assert breadth == pytest.approx(0.4, rel=2e-3)
-    assert depth == pytest.approx(0.4 / np.cos(np.radians(30)), rel=2e-3)
-    value, path = Extent(level, "depth").take(tube, tube.vertices)
-    assert value == pytest.approx(depth)
-    assert np.ptp(path[:, 2]) == pytest.approx(depth)
+def fifty() -> Floats:
+    """Fifty bodies of the population, of all builds."""
+    coefficients = load_population().coefficients
+    rows = np.random.default_rng(7).choice(len(coefficients), 50, replace=False)
+    return load_shape_basis().vertices(coefficients[rows])
 
 
 def test_all_41_rows_of_the_table_have_a_tape() -> None:
@@ -110,24 +74,49 @@ def test_stature_and_weight_are_the_meshes_own(bodies: list[Body]) -> None:
 
 
 @pytest.mark.parametrize("name", GIRTHS)
-def test_girths_agree_with_trimeshs_sections(bodies: list[Body], name: str) -> None:
+def test_girths_agree_with_trimeshs_sections(fifty: Floats, name: str) -> None:
     """A second route: trimesh cuts the body part at the reported plane, Qhull ties the tape."""
-    tape = TAPES[name]
+    tape, template = TAPES[name], load_template_mesh()
     assert isinstance(tape, Girth)
-    for body in bodies:
-        _, path = tape.take(body.template, body.vertices)
+    part = template.faces[template.faces_of(*tape.parts)]
+    if tape.cut == "along":  # of which the tape goes round what lies beyond its start
+        start, stop = (
+            template.landmark_points(template.vertices, n) for n in ("axilla_left", "acromion_left")
+        )
+        beyond = (template.vertices - start) @ (stop - start) > -1e-9
+        part = part[beyond[part].all(axis=1)]
+    for vertices in fifty:
+        value, path = tape.take(template, vertices)
         normal = np.linalg.svd(path - path.mean(axis=0))[2][2]
-        part = body.template.faces[body.template.faces_of(*tape.parts)]
-        if tape.cut == "along":  # of which the tape goes round what lies beyond its start
-            edges = girths._edges(body.template, tape)
-            known = {tuple(edge) for edge in edges.tolist()}
-            sides = np.sort(part[:, [[0, 1], [1, 2], [2, 0]]], axis=2).tolist()
-            part = part[[all(tuple(side) in known for side in face) for face in sides]]
-        mesh = trimesh.Trimesh(body.vertices, part, process=False)
-        section = mesh.section(plane_origin=path[0], plane_normal=normal)
-        flat, _ = section.to_2D()
-        value = tape.read(body.template, body.vertices[None])[0]
-        assert ConvexHull(flat.vertices).area == pytest.approx(value, abs=1e-6)
+        mesh = trimesh.Trimesh(vertices, part, process=False)
+        points = mesh.section(plane_origin=path[0], plane_normal=normal).vertices - path[0]
+        across = np.linalg.svd(path - path.mean(axis=0))[2][:2]
+        assert ConvexHull(points @ across.T).area == pytest.approx(value, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", [name for name in TAKEN if mirrored(TAPES[name]) != TAPES[name]])
+def test_left_and_right_agree_on_a_symmetric_body(fifty: Floats, name: str) -> None:
+    template = load_template_mesh()
+    tapes = [TAPES[name], mirrored(TAPES[name])]
+    if isinstance(TAPES[name], Geodesic):  # strips are found on the left: turn the body instead
+        turned = fifty[:, template.mirror] * [-1, 1, 1]
+        left, right = (tapes[0].read(template, bodies) for bodies in (fifty, turned))
+    else:
+        left, right = read_tapes(template, fifty, tapes).T
+    assert left == pytest.approx(right, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", GIRTHS)
+def test_more_girth_asked_is_more_girth_taken(name: str) -> None:
+    for estimator in load_estimators().values():
+        centre = measure(estimator.estimate(MeasurementSet({"stature": 1.7}))).values[name]
+        taken = [
+            measure(
+                estimator.estimate(MeasurementSet({"stature": 1.7, name: share * centre}))
+            ).values[name]
+            for share in (0.92, 0.97, 1.0, 1.03, 1.08)
+        ]
+        assert (np.diff(taken) > 0).all()
 
 
 def test_paths_are_where_the_values_come_from(bodies: list[Body]) -> None:

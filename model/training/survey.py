@@ -14,7 +14,19 @@ from typing import Literal
 
 import numpy as np
 
-from model.anthropometry import ARM, ELBOW, HIP, HIPS, KNEE, LEG, SHOULDER, TAPES, THELIA, TRUNK
+from model.anthropometry import (
+    ARM,
+    BUTTOCKS,
+    ELBOW,
+    HIP,
+    HIPS,
+    KNEE,
+    LEG,
+    SHOULDER,
+    TAPES,
+    THELIA,
+    TRUNK,
+)
 from model.geometry import Floats
 from model.girths import Extent, Girth
 from model.tapes import Height, Span, Tape
@@ -31,7 +43,7 @@ def _level(*landmarks: str) -> Girth:
 
 _CHEST = Girth(TRUNK, THELIA, ("suprasternale",))
 _NAVEL = _level("omphalion")
-_BUTTOCK = _level("buttock_point_left", "buttock_point_right")
+_BUTTOCK = _level(*BUTTOCKS)
 
 SURVEY_TAPES: Mapping[str, Tape] = {
     "stature": TAPES["stature"],
