@@ -56,8 +56,9 @@ TAPES: Mapping[str, Tape] = {
     "weight": Mass(),
     # Between the lowest ribs and the top of the hip bones; both move with the trunk.
     "waist_girth": Girth(TRUNK, ("omphalion",), ("underbust",), (0.15, 0.6), "narrowest", planes=9),
+    # Above the brows and the ears, whose tips would make it jump.
     "head_girth": Girth(
-        ("head_neck",), ("glabella",), ("vertex",), (0.0, 0.4), "widest", planes=7, reach=0.025
+        ("head_neck",), ("glabella",), ("vertex",), (0.06, 0.42), "widest", planes=7, reach=0.025
     ),
     "bust_girth": Girth(TRUNK, THELIA, ("underbust",), (0.0, 0.5), "widest", planes=5),
     # From the fullest part of the buttocks upwards: below it, legs that stand apart widen it.
