@@ -12,11 +12,12 @@ from typing import Literal
 
 import numpy as np
 
+from model.geodesics import length_gradient
 from model.geometry import Floats
 from model.girths import Girth, tie
 from model.measurements import MEASUREMENTS, MeasurementSet
 from model.tapes import Geodesic, Height, Legs, Mass, Tape, bundle, legs_of
-from model.template_mesh import Body, Landmarks, TemplateMesh
+from model.template_mesh import Body, Gradient, Landmarks, TemplateMesh
 
 WAIST: Landmarks = ("waist_front", "waist_back")
 HIP: Landmarks = ("lateral_thigh_left", "medial_thigh_left")
@@ -225,6 +226,30 @@ def take_tapes(
     for column, tape in others.items():
         taken[column] = tape.take(template, vertices)
     return [taken[column] for column in range(len(tapes))]
+
+
+def tape_gradients(
+    template: TemplateMesh, vertices: Floats, tapes: Sequence[Tape]
+) -> list[tuple[float, Gradient]]:
+    """Values of one body, vertices of shape (V, 3), and their derivatives as in `Tape`.
+
+    The ways of all geodesics are found together.
+    """
+    girths, geodesics, others = _sorted(tapes)
+    readings: dict[int, tuple[float, Gradient]] = {}
+    if geodesics:
+        legs = legs_of(geodesics.values())
+        ways = bundle(template, legs).ways(vertices)
+        lengths = {leg: way.length for leg, (_, way) in zip(legs, ways, strict=True)}
+        slopes = {leg: length_gradient(*way) for leg, way in zip(legs, ways, strict=True)}
+        for column, geodesic in geodesics.items():
+            own = geodesic.legs()
+            indices, by_vertex = zip(*(slopes[leg] for leg in own), strict=True)
+            length = sum(lengths[leg] for leg in own)
+            readings[column] = length, (np.concatenate(indices), np.concatenate(by_vertex))
+    for column, tape in {**girths, **others}.items():
+        readings[column] = tape.gradient(template, vertices)
+    return [readings[column] for column in range(len(tapes))]
 
 
 def _sorted(

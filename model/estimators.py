@@ -255,6 +255,10 @@ class Estimator:
     linear : the learned law.
     log_covariance : ndarray of shape (m, m), of the measurements' logarithms, each body
         weighted as the survey's people would be.
+    spread : ndarray of shape (K, K), lower triangular: times its own transpose it is the
+        covariance of the bodies' coefficients.
+    reach : how much further than a normal law's the population's bodies lie from their mean,
+        in squared distances, see `model.tape_fit`.
     limits : by measurement, the least and the most that an adult may plausibly be, SI.
     population : what bodies the law was learned from, for people to read.
     seed, date : of that population.
@@ -265,6 +269,8 @@ class Estimator:
     names: tuple[str, ...]
     linear: LinearBodyEstimator
     log_covariance: Floats
+    spread: Floats
+    reach: float
     limits: Mapping[str, tuple[float, float]]
     population: str
     seed: int
@@ -282,11 +288,26 @@ class Estimator:
         """The population, for people to read."""
         return f"{self.population}; {self.linear.count_} bodies; {self.date}, seed {self.seed}"
 
-    def estimate(self, asked: MeasurementSet) -> Body:
-        """The linear estimate from any subset of the measurements that it knows."""
+    @property
+    def mean(self) -> Floats:
+        """The coefficients of the mean body: ndarray of shape (K,)."""
+        mean: Floats = self.linear.cross_moments_[:, 0]
+        return mean
+
+    def coefficients(self, asked: MeasurementSet) -> Floats:
+        """The linear estimate from any subset of the measurements that it knows: (K,)."""
         row = np.array([[asked.get(name, np.nan) for name in self.names]])
-        vertices = self.basis.vertices(self.linear.predict(row))[0]
+        coefficients: Floats = self.linear.predict(row)[0]
+        return coefficients
+
+    def body(self, coefficients: Floats) -> Body:
+        """The body of coefficients, ndarray of shape (K,)."""
+        vertices = self.basis.vertices(coefficients[None])[0]
         return Body(template=self.template, vertices=vertices, kind=self.kind)
+
+    def estimate(self, asked: MeasurementSet) -> Body:
+        """The linear estimate from any subset of the measurements that it knows, as a body."""
+        return self.body(self.coefficients(asked))
 
     def ranges(
         self, asked: MeasurementSet, taken: MeasurementSet
@@ -324,6 +345,8 @@ class Estimator:
             cross_moments=self.linear.cross_moments_,
             count=self.linear.count_,
             log_covariance=self.log_covariance,
+            spread=self.spread.astype(np.float32),
+            reach=self.reach,
             limits=np.array([self.limits[name] for name in self.names]),
             population=self.population,
             seed=self.seed,
@@ -358,6 +381,8 @@ def load_estimator(path: Path) -> Estimator:
             names=names,
             linear=linear,
             log_covariance=arrays["log_covariance"],
+            spread=arrays["spread"].astype(np.float64),
+            reach=float(arrays["reach"]),
             limits={name: (low, high) for name, (low, high) in zip(names, ends, strict=True)},
             population=str(arrays["population"]),
             seed=int(arrays["seed"]),

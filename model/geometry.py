@@ -65,14 +65,16 @@ def volume_gradient(vertices: Floats, faces: NDArray[Any]) -> Floats:
     -------
     ndarray of shape (V, 3).
     """
-    a, b, c = (vertices[faces[:, corner]] for corner in range(3))
-    gradient = np.zeros_like(vertices)
-    for corner, (p, q) in enumerate([(b, c), (c, a), (a, b)]):
-        share = np.cross(p, q) / 6
-        for axis in range(3):
-            gradient[:, axis] += np.bincount(
-                faces[:, corner], weights=share[:, axis], minlength=len(vertices)
-            )
+    # Around a vertex the triangles' areas, as vectors, sum up to that of the ring they end in.
+    x, y, z = np.ascontiguousarray(vertices.T)
+    corners = a, b, c = np.ascontiguousarray(faces.T)
+    ux, uy, uz = (axis[b] - axis[a] for axis in (x, y, z))
+    vx, vy, vz = (axis[c] - axis[a] for axis in (x, y, z))
+    areas = (uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx)
+    gradient = np.empty_like(vertices)
+    for axis, area in enumerate(areas):
+        by_corner = [np.bincount(corner, area, len(vertices)) for corner in corners]
+        gradient[:, axis] = sum(by_corner) / 6
     return gradient
 
 

@@ -79,25 +79,7 @@ class Girth:
     def gradient(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Gradient]:
         tied, rows = tie(template, vertices[None], [self])
         row = int(rows[0, 0])
-        rig = _rig(template, (self,))
-        fraction = self.span[0] + self.step * row
-        start, stop, tail, head = rig.points(vertices[None])[0, 0]
-        direction = rig.turns[0] @ (head - tail) + rig.uprights[0]
-        size = np.linalg.norm(direction)
-        normal = direction / size
-        origin = start + fraction * (stop - start)
-        slopes = geometry.perimeter_gradient(
-            tied, row, vertices[rig.indices], rig.edges, origin, normal
-        )
-        by_direction = (slopes.by_normal - normal * (normal @ slopes.by_normal)) / size
-        by_line = by_direction @ rig.turns[0]
-        by_start, by_stop = (1 - fraction) * slopes.by_origin, fraction * slopes.by_origin
-        pieces = [(rig.indices[slopes.indices], slopes.by_vertex)]
-        for names, by_mean in zip(self.ends(), (by_start, by_stop, -by_line, by_line), strict=True):
-            indices, weights = template.landmark_weights(*names)
-            pieces.append((indices, weights[:, None] * by_mean))
-        indices, gradient = (np.concatenate(piece) for piece in zip(*pieces, strict=True))
-        return float(tied.perimeters[row]), (indices, gradient)
+        return float(tied.perimeters[row]), gradients(template, vertices, [self], tied, [(0, row)])[0]
 
     def chosen(self, girths: Floats) -> Integers:
         """Which plane counts, given the girth at each: (..., planes) to (...)."""
@@ -139,6 +121,47 @@ def tie(
         first, end = ends[column] - girth.planes, ends[column]
         rows[:, column] = first + girth.chosen(perimeters[:, first:end])
     return tied, rows + np.arange(len(vertices))[:, None] * perimeters.shape[1]
+
+
+def gradients(
+    template: TemplateMesh,
+    vertices: Floats,
+    girths: Sequence[Girth],
+    tied: geometry.Hulls,
+    chosen: Sequence[tuple[int, int]],
+) -> list[Gradient]:
+    """Derivatives of girths at some of the planes that were tried on one body.
+
+    Parameters
+    ----------
+    vertices : ndarray of shape (V, 3), metres.
+    tied : what :func:`tie` made of these girths and that body alone.
+    chosen : for each derivative the place of its girth, and which of its planes.
+    """
+    rig = _rig(template, tuple(girths))
+    part = vertices[rig.indices]
+    ends = rig.points(vertices[None])[0]
+    firsts = np.cumsum(rig.planes) - rig.planes
+    slopes_of = []
+    for place, plane in chosen:
+        fraction = girths[place].span[0] + girths[place].step * plane
+        start, stop, tail, head = ends[place]
+        direction = rig.turns[place] @ (head - tail) + rig.uprights[place]
+        size = np.linalg.norm(direction)
+        normal = direction / size
+        origin = start + fraction * (stop - start)
+        row = int(firsts[place]) + plane
+        slopes = geometry.perimeter_gradient(tied, row, part, rig.edges, origin, normal)
+        by_direction = (slopes.by_normal - normal * (normal @ slopes.by_normal)) / size
+        by_line = by_direction @ rig.turns[place]
+        by_ends = ((1 - fraction) * slopes.by_origin, fraction * slopes.by_origin)
+        pieces = [(rig.indices[slopes.indices], slopes.by_vertex)]
+        for names, by_mean in zip(girths[place].ends(), (*by_ends, -by_line, by_line), strict=True):
+            indices, weights = template.landmark_weights(*names)
+            pieces.append((indices, weights[:, None] * by_mean))
+        indices, gradient = (np.concatenate(piece) for piece in zip(*pieces, strict=True))
+        slopes_of.append((indices, gradient))
+    return slopes_of
 
 
 @dataclass(frozen=True)

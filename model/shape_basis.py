@@ -5,15 +5,17 @@ mean plus its coefficients times the directions; coefficients have unit deviatio
 population.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
-from model.geometry import Floats
-from model.template_mesh import DATA
+from model.geometry import Floats, Integers
+from model.template_mesh import DATA, Gradient
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +25,8 @@ class ShapeBasis:
     Attributes
     ----------
     mean : ndarray of shape (H, 3), metres: the kept half of the mean body.
-    directions : ndarray of shape (K, H·3), float32, metres per unit of coefficient.
+    directions : ndarray of shape (K, H·3), float32, metres per unit of coefficient; laid
+        out so that what all directions do to one coordinate stands together.
     half : ndarray of shape (H,), the kept vertices.
     mirror : ndarray of shape (V,), the vertex on the other side of the body.
     fingerprint : tells this basis from any other; estimators belong to one basis.
@@ -54,6 +57,51 @@ class ShapeBasis:
         bodies[..., 1] -= bodies[..., 1].min(axis=1, keepdims=True)
         return bodies
 
+    def by_coefficients(self, gradients: Sequence[Gradient]) -> Floats:
+        """Derivatives by vertices chained to derivatives by coefficients.
+
+        What the right side does is folded onto the left. The soles' own motion is left out,
+        as no tape knows where a body stands.
+
+        Parameters
+        ----------
+        gradients : n derivatives by the vertices of one body.
+
+        Returns
+        -------
+        ndarray of shape (n, K).
+        """
+        places, flips = self._folded
+        size = self.directions.shape[1]
+        by_coefficients = np.empty((len(gradients), len(self.directions)))
+        few, columns, slopes = [], [], []
+        for row, (indices, by_vertex) in enumerate(gradients):
+            by_place = by_vertex.astype(np.float32)
+            by_place[:, 0] *= flips[indices]
+            column = (3 * places[indices][:, None] + np.arange(3)).ravel()
+            if len(column) > size:
+                folded = np.bincount(column, by_place.ravel(), size).astype(np.float32)
+                by_coefficients[row] = self.directions @ folded
+            else:
+                few.append(row)
+                columns.append(column)
+                slopes.append(by_place.ravel())
+        if few:
+            ends = np.cumsum([0, *map(len, columns)])
+            sparse = (np.concatenate(slopes), np.concatenate(columns), ends)
+            by_coefficients[few] = csr_array(sparse, shape=(len(few), size)) @ self.directions.T
+        return by_coefficients
+
+    @cached_property
+    def _folded(self) -> tuple[Integers, NDArray[np.float32]]:
+        """Each vertex's place in the kept half, and whether left and right change: (V,) each."""
+        places = np.empty(len(self.mirror), dtype=np.int64)
+        flips = np.full(len(self.mirror), -1, dtype=np.float32)
+        places[self.mirror[self.half]] = np.arange(len(self.half))
+        places[self.half] = np.arange(len(self.half))
+        flips[self.half] = 1
+        return places, flips
+
 
 @lru_cache(maxsize=1)
 def load_shape_basis(folder: Path = DATA) -> ShapeBasis:
@@ -68,7 +116,7 @@ def load_shape_basis(folder: Path = DATA) -> ShapeBasis:
     with np.load(folder / "shape_basis.npz", allow_pickle=False) as arrays:
         return ShapeBasis(
             mean=arrays["mean"].astype(np.float64),
-            directions=stored.astype(np.float32) * arrays["scales"].astype(np.float32)[:, None],
+            directions=np.multiply(stored.T, arrays["scales"].astype(np.float32), order="C").T,
             half=arrays["half"].astype(np.int32),
             mirror=arrays["mirror"].astype(np.int32),
             fingerprint=str(arrays["fingerprint"]),

@@ -23,6 +23,7 @@ from model.estimators import Estimator
 from model.gltf import to_glb
 from model.measurements import MEASUREMENTS, BodyKind, MeasurementSet
 from model.rendering import RenderingUnavailable, render_png
+from model.tape_fit import fit_to_tape
 from model.template_mesh import Body
 from webapp.forms import AvatarRequest, Limits, Refusal, Refused, Typed
 
@@ -33,8 +34,8 @@ ESTIMATED = {
 }
 """The parts of the page's table, and the kinds of measurements in each."""
 
-MET = 0.0005
-"""Metres or kilograms: an entered value this near to the body's is the body's."""
+MET: Mapping[str, float] = {"m": 0.001, "kg": 0.1}
+"""An entered value this near to the body's is met, by unit: no tape or scale reads finer."""
 
 BEGIN_HERE = "To show your body we need your height first. It takes a minute."
 LOOK_AGAIN = "Some of your answers need another look. Press “Show my body” to see which."
@@ -75,7 +76,7 @@ def estimators() -> Mapping[BodyKind, Estimator]:
 
 
 def make_avatar(wanted: AvatarRequest) -> Avatar:
-    """Estimate the body that was asked for and measure it.
+    """Estimate the body that was asked for, fit it to the tape unless told not to, measure it.
 
     Raises
     ------
@@ -83,13 +84,21 @@ def make_avatar(wanted: AvatarRequest) -> Avatar:
         Where each value is plausible, but no body can have them all.
     """
     estimator = estimators()[wanted.body]
-    body = estimator.estimate(wanted.asked)
     try:
+        if wanted.fit == "tape":
+            body = fit_to_tape(estimator, wanted.asked).body
+        else:
+            body = estimator.estimate(wanted.asked)
         measured = measure(body)
     except ImpossibleBodyError:
         raise Refused([Refusal("measurements", "contradictory", CONTRADICTORY)]) from None
     ranges = estimator.ranges(wanted.asked, measured.values)
     return Avatar(wanted, estimator, body, measured, ranges)
+
+
+def is_met(name: str, asked: float, taken: float) -> bool:
+    """Whether a body has an entered value."""
+    return abs(asked - taken) <= MET[MEASUREMENTS[name].unit]
 
 
 def rows(avatar: Avatar) -> list[Row]:
@@ -99,7 +108,7 @@ def rows(avatar: Avatar) -> list[Row]:
         asked = avatar.wanted.asked.get(name)
         if asked is None:
             low, high = avatar.ranges[name]
-        elif abs(asked - taken) <= MET:
+        elif is_met(name, asked, taken):
             low = high = taken
         else:
             low, high = sorted((asked, taken))
@@ -185,6 +194,7 @@ def page() -> str | AnyResponse:
         units=wanted.units,
         entered=entered,
         groups={"You entered": entered, **estimated},
+        unmet=[row for row in entered if not is_met(row.name, row.asked, row.taken)],
         measurements=MEASUREMENTS,
         pictures=not why_no_pictures(),
     )

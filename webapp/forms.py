@@ -7,7 +7,7 @@ Two doors, one result: the JSON of the API (`read_document`) and what a person t
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, Self, cast
+from typing import Any, Literal, Self, cast, get_args
 
 from model.cameras import DISTANCES, HEIGHTS, Camera
 from model.measurements import BODY_KINDS, MEASUREMENTS, BodyKind, Measurement, MeasurementSet
@@ -23,6 +23,10 @@ FORM = tuple(name for name, row in MEASUREMENTS.items() if row.in_wizard)
 BODY_MEMBERS = ("body", "units", "measurements", "fit")
 FILE_MEMBERS = (*BODY_MEMBERS, "morph_targets")
 PICTURE_MEMBERS = (*BODY_MEMBERS, "silhouette", "camera", "facing")
+
+Fit = Literal["tape", "linear"]
+FITS: tuple[Fit, Fit] = get_args(Fit)
+"""Bent until it measures what was asked, or the linear estimate as it is; the first by default."""
 
 CAMERA_LIMITS = {"distance": DISTANCES, "height": HEIGHTS}
 """Where a camera may stand, in metres."""
@@ -49,6 +53,7 @@ class AvatarRequest:
     body: BodyKind
     units: Units
     asked: MeasurementSet
+    fit: Fit = "tape"
     silhouette: bool = False
     camera: Camera = field(default_factory=Camera)
     facing: Literal["right", "left"] = "right"
@@ -154,7 +159,7 @@ def read_document(
     ]
     body = _choice(document, "body", BODY_KINDS, None, faults)
     chosen = cast(Units, _choice(document, "units", UNITS, "metric", faults))
-    _choice(document, "fit", ("tape", "linear"), "tape", faults)
+    fit = cast(Fit, _choice(document, "fit", FITS, FITS[0], faults))
     facing = _choice(document, "facing", ("right", "left"), "right", faults)
     silhouette = _flag(document, "silhouette", faults)
     if _flag(document, "morph_targets", faults):
@@ -168,6 +173,7 @@ def read_document(
         body=cast(BodyKind, body),
         units=chosen,
         asked=MeasurementSet(asked),
+        fit=fit,
         silhouette=silhouette,
         camera=camera,
         facing=cast(Literal["right", "left"], facing),

@@ -3,7 +3,7 @@
 from typing import Any
 
 from model.measurements import BODY_KINDS, MEASUREMENTS
-from webapp.forms import CAMERA_LIMITS
+from webapp.forms import CAMERA_LIMITS, FITS
 from webapp.units import SYMBOLS, UNITS
 
 Schema = dict[str, Any]
@@ -97,11 +97,12 @@ def _schemas() -> dict[str, Schema]:
             "/api/v1/measurements gives for the body; other values are refused with 422.",
         },
         "fit": {
-            "enum": ["tape", "linear"],
-            "default": "tape",
-            "description": "Linear: the estimate as learned, which need not measure what was "
-            "entered. Tape: the body bent to the entered values; not offered yet, and answered "
-            "as linear.",
+            "enum": list(FITS),
+            "default": FITS[0],
+            "description": "Tape: the body is bent, within what people look like, until it "
+            "measures what was entered to within 1 mm and 0.1 kg. Values that no such body has "
+            "together are missed by as little as it can, and each that is missed is warned of as "
+            "`not_met`. Linear: the estimate as learned, which need not measure what was entered.",
         },
     }
     camera = {
@@ -160,7 +161,11 @@ def _schemas() -> dict[str, Schema]:
                 **row,
                 "asked": {"type": ["number", "null"], "description": "null where not entered."},
                 "taken": {**number, "description": "Measured on the returned body."},
-                "low": {**number, "description": "With high: 80 % range of the person's value."},
+                "low": {
+                    **number,
+                    "description": "With high: 80 % range of the person's value. Of an entered "
+                    "value that the body has, both are as taken; of another, they are the two.",
+                },
                 "high": number,
                 "path": {
                     "type": "array",

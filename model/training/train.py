@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+from scipy.stats import chi2
 
 from model.anthropometry import TAKEN, TAPES, measure_batch
 from model.estimators import Estimator, LinearBodyEstimator
@@ -10,6 +11,7 @@ from model.geodesics import save_strips
 from model.geometry import Floats
 from model.measurements import BODY_KINDS, BodyKind
 from model.shape_basis import load_shape_basis
+from model.tape_fit import USUAL
 from model.tapes import legs_of
 from model.template_mesh import DATA, load_template_mesh, template_mesh_from
 from model.training.population import Population, bodies_of, load_population
@@ -19,6 +21,9 @@ from model.training.survey import SEXES
 ROOM = 0.15
 """How far beyond the population's extremes a value may lie and still be taken for real."""
 
+
+REACH_SUBSETS = 200
+"""On how many subsets of measurements it is found how far out the population's bodies lie."""
 
 STRIP_BODIES = 120
 """On how many bodies, evenly through the population, geodesics are looked for; and on those at
@@ -76,6 +81,8 @@ def train_estimator(
         names=TAKEN,
         linear=linear,
         log_covariance=np.cov(np.log(values[seen]).T, aweights=weights),
+        spread=np.linalg.cholesky(np.cov(population.coefficients[seen].T)),
+        reach=reach_of(values[seen]),
         limits=dict(zip(TAKEN, map(tuple, limits.tolist()), strict=True)),
         population="open population: drawn from ANSUR II's statistics, bodies made with Anny 0.6.2",
         seed=population.seed,
@@ -83,6 +90,30 @@ def train_estimator(
         basis=load_shape_basis(),
         template=load_template_mesh(),
     )
+
+
+def reach_of(values: Floats, seed: int = 0) -> float:
+    """How much further out bodies lie than if their measurements were normal.
+
+    Over random subsets of measurements, of each body the squared distance from the mean in the
+    covariance of the subset, as a share of the quantile of chi-squared; of those shares the
+    same quantile. About 1 for a normal law.
+
+    Parameters
+    ----------
+    values : ndarray of shape (n, M), SI.
+    """
+    random = np.random.default_rng(seed)
+    standard = (values - values.mean(axis=0)) / values.std(axis=0)
+    shares = []
+    for _ in range(REACH_SUBSETS):
+        count = int(random.integers(1, values.shape[1] + 1))
+        some = standard[:, random.choice(values.shape[1], count, replace=False)]
+        # Some lengths are sums of others.
+        inverse = np.linalg.pinv(np.atleast_2d(np.cov(some.T)), rcond=1e-10, hermitian=True)
+        distances = np.einsum("ni,ij,nj->n", some, inverse, some, optimize=True)
+        shares.append(distances / chi2.ppf(USUAL, count))
+    return float(np.quantile(shares, USUAL))
 
 
 def train(folder: Path = DATA / "estimators") -> None:

@@ -1,0 +1,236 @@
+"""The tape fit: bends an estimate until it measures what was asked.
+
+Of all bodies that measure what was asked it looks for the one nearest to the mean body in the
+population's own covariance: the likeliest, were coefficients normal. It starts at the linear
+estimate and goes in rounds of Gauss-Newton on the real measuring code; between two rounds
+derivatives are mended by what the last step showed (Broyden 1965, *Mathematics of
+Computation* 19), which is cheaper than taking them anew. Where no body that looks like a
+person measures all that was asked, the fit ends at the edge of what people look like, with
+misses as small as they are there, and tells them.
+
+Coefficients are written as mean + spread · w: w has unit covariance, and |w| is how far a body
+is from the mean one (Mahalanobis).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.stats import chi2
+
+from model.anthropometry import TAPES
+from model.estimators import Estimator
+from model.geometry import Booleans, Floats, Integers
+from model.measurements import MEASUREMENTS, MeasurementSet
+from model.tape_pieces import Reading, TapePieces
+from model.template_mesh import Body
+
+TOLERANCES: Mapping[str, float] = {"m": 0.0002, "kg": 0.02}
+"""A value this near to the asked one is met, by unit: finer than any tape or scale."""
+
+ROUNDS = 12
+"""After so many bodies the best is given; four of five fits need three at most."""
+
+SOFTNESS = 1e-7
+FIRST_DAMPING = 1e-5
+"""What is added to the equations' eigenvalues, which are 1 for a single value: always, so that
+values that follow from one another can stand together; and after a step that led nowhere."""
+
+LEAST_GAIN = 0.03
+"""At the edge of what people look like, a round that lowers the misses by less is the last."""
+
+USUAL = 0.999
+"""The share of people within an estimator's reach."""
+
+
+@dataclass(frozen=True, eq=False)
+class TapeFit:
+    """A body fitted to asked values.
+
+    Attributes
+    ----------
+    body : the fitted body.
+    misses : of every asked value, what the body measures less what was asked; SI units.
+    distance : how far the body is from the mean one, squared, in the population's covariance.
+    furthest : the largest such distance that still looks like a person, see `furthest`.
+    rounds : how many bodies were tried after the linear estimate.
+    """
+
+    body: Body
+    misses: Mapping[str, float]
+    distance: float
+    furthest: float
+    rounds: int
+
+
+def furthest(estimator: Estimator, count: int) -> float:
+    """The largest squared distance from the mean body that some values may ask for.
+
+    Were the population normal, the nearest body with n values of a person would lie at a
+    squared distance of chi-squared law with n degrees of freedom. Its extremes lie further
+    out: how much so was found in training.
+    """
+    return float(estimator.reach * chi2.ppf(USUAL, count))
+
+
+def fit_to_tape(estimator: Estimator, asked: MeasurementSet) -> TapeFit:
+    """The likeliest body that measures what was asked.
+
+    Raises
+    ------
+    ValueError
+        Where nothing is asked.
+    """
+    if not asked:
+        raise ValueError("a fit needs one measurement at least")
+    search = _Search(estimator, asked)
+    rounds = 0
+    while not search.met and rounds < ROUNDS and search.gains:
+        search.go()
+        rounds += 1
+    misses = dict(zip(asked, search.misses.tolist(), strict=True))
+    distance = float(search.w @ search.w)
+    return TapeFit(search.body, misses, distance, search.furthest, rounds)
+
+
+class _Search:
+    """The state of one fit; values are in units of each measurement's spread in the population.
+
+    Attributes
+    ----------
+    w, body, reading : the best body so far and what it measures.
+    slopes : ndarray of shape (P, K), derivatives of the pieces by w.
+    known : ndarray of shape (P,), the pieces whose derivatives were ever needed.
+    """
+
+    def __init__(self, estimator: Estimator, asked: MeasurementSet) -> None:
+        self.estimator = estimator
+        self.pieces = TapePieces(estimator.template, [TAPES[name] for name in asked])
+        self.furthest = furthest(estimator, len(asked))
+        self.w = solve_triangular(
+            estimator.spread, estimator.coefficients(asked) - estimator.mean, lower=True
+        )
+        # The estimate of contradictory values may be no body at all.
+        self.w *= min(1.0, np.sqrt(self.furthest / max(float(self.w @ self.w), 1e-12)))
+        self.body = self._body(self.w)
+        self.reading = self.pieces.read(self.body.vertices, with_slopes=True)
+        owner = self.pieces.owner
+        self.slopes = np.zeros((len(owner), len(self.w)))
+        self.known = np.zeros(len(owner), dtype=bool)
+        self.scales = np.ones(len(asked))
+        self._learn(self.reading.chosen, self.body, self.reading)
+        self.scales = np.linalg.norm(self.slopes[self.reading.chosen], axis=1)
+        self.scales = np.maximum(self.scales, 1e-6)
+        self.slopes /= self.scales[owner][:, None]
+        self.goal = np.array(list(asked.values()))
+        self.aim = (self.goal / self.scales)[owner]
+        self.tolerances = np.array([TOLERANCES[MEASUREMENTS[name].unit] for name in asked])
+        self.slack = (0.5 * self.tolerances / self.scales)[owner]
+        self.reach = np.inf
+        self.damping = SOFTNESS
+        self.failures = 0
+        self.gains = True
+
+    @property
+    def misses(self) -> Floats:
+        """Taken less asked, SI: ndarray of shape (n,)."""
+        return self._misses(self.reading)
+
+    @property
+    def met(self) -> bool:
+        return bool((np.abs(self.misses) <= self.tolerances).all())
+
+    def go(self) -> None:
+        """One round: a step, the body there, and what is learned from it."""
+        step, at_the_edge = self._step()
+        length = float(np.linalg.norm(step))
+        if length < 1e-9:
+            self.gains = False
+            return
+        if length > self.reach:
+            step *= self.reach / length
+            length = self.reach
+        body = self._body(self.w + step)
+        reading = self.pieces.read(body.vertices)
+        change = (reading.values - self.reading.values) / self.scales[self.pieces.owner]
+        surprise = (change - self.slopes @ step)[self.known]
+        self.slopes[self.known] += np.outer(surprise, step / length**2)
+        off = np.abs(self._misses(reading)) > 0.5 * self.tolerances
+        self._learn(reading.chosen[off], body, reading)
+        before, now = (np.linalg.norm(self._misses(r) / self.scales) for r in (self.reading, reading))
+        if now < before:
+            self.w, self.body, self.reading = self.w + step, body, reading
+            self._learn(reading.chosen, body, reading)
+            self.reach = 2 * length
+            self.damping = max(self.damping / 100, SOFTNESS)
+            self.failures = 0
+            self.gains = not at_the_edge or now < (1 - LEAST_GAIN) * before
+        else:
+            self.reach = length / 2
+            self.damping = max(10 * self.damping, FIRST_DAMPING)
+            self.failures += 1
+            if self.failures == 2:
+                self.reading = self.pieces.read(self.body.vertices, with_slopes=True)
+                known, self.known = np.flatnonzero(self.known), np.zeros_like(self.known)
+                self._learn(known, self.body, self.reading)
+
+    def _step(self) -> tuple[Floats, bool]:
+        """Where to go, and whether the edge of what people look like bounds it.
+
+        The chosen piece of each measurement has to reach the asked value, and the others must
+        not pass it: those that would are held there too, and the step is found again.
+        """
+        owner = self.pieces.owner
+        rest = self.aim - self.reading.values / self.scales[owner]
+        held = np.zeros(len(owner), dtype=bool)
+        held[self.reading.chosen] = True
+        for _ in range(4):
+            step, at_the_edge = self._towards(held, rest)
+            passed = (self.slopes @ step - rest) * self.pieces.sense > self.slack
+            passed &= self.known & ~held
+            if not passed.any():
+                break
+            held |= passed
+        return step, at_the_edge
+
+    def _towards(self, held: Booleans, rest: Floats) -> tuple[Floats, bool]:
+        """The step by which some pieces change as they should."""
+        slopes, rest = self.slopes[held], rest[held]
+        eigenvalues, vectors = np.linalg.eigh(slopes @ slopes.T)
+        eigenvalues = np.maximum(eigenvalues, 0)
+        whole = vectors.T @ (rest + slopes @ self.w)
+
+        def distance(softness: float) -> float:
+            return float(np.sum(eigenvalues * (whole / (eigenvalues + softness)) ** 2))
+
+        if at_the_edge := distance(SOFTNESS) > self.furthest:
+            low, high = np.log(SOFTNESS), np.log(1e6)
+            for _ in range(40):
+                middle = (low + high) / 2
+                beyond = distance(np.exp(middle)) > self.furthest
+                low, high = (middle, high) if beyond else (low, middle)
+            softness = np.exp(high)
+        else:
+            softness = SOFTNESS
+        if at_the_edge or np.isinf(self.reach):
+            return slopes.T @ (vectors @ (whole / (eigenvalues + softness))) - self.w, at_the_edge
+        # After the first round the nearest body to the present one is near enough the likeliest.
+        return slopes.T @ (vectors @ (vectors.T @ rest / (eigenvalues + self.damping))), False
+
+    def _learn(self, pieces: Integers, body: Body, reading: Reading) -> None:
+        """Takes the derivatives of those pieces that have none yet."""
+        new = pieces[~self.known[pieces]]
+        if not len(new):
+            return
+        gradients = self.pieces.gradients(body.vertices, reading, new)
+        slopes = self.estimator.basis.by_coefficients(gradients) @ self.estimator.spread
+        self.slopes[new] = slopes / self.scales[self.pieces.owner[new]][:, None]
+        self.known[new] = True
+
+    def _misses(self, reading: Reading) -> Floats:
+        misses: Floats = reading.values[reading.chosen] - self.goal
+        return misses
+
+    def _body(self, w: Floats) -> Body:
+        return self.estimator.body(self.estimator.mean + self.estimator.spread @ w)
