@@ -27,9 +27,9 @@ from model.template_mesh import Body
 from webapp.forms import AvatarRequest, Limits, Refusal, Refused, Typed
 
 ESTIMATED = {
-    "We estimated: around the body": ("girth",),
-    "We estimated: over the skin": ("length",),
-    "We estimated: heights and weight": ("height", "mass"),
+    "Around the body": ("girth",),
+    "Over the skin": ("length",),
+    "Heights and weight": ("height", "mass"),
 }
 """The parts of the page's table, and the kinds of measurements in each."""
 
@@ -184,7 +184,7 @@ def page() -> str | AnyResponse:
         "avatars/avatar.html",
         units=wanted.units,
         entered=entered,
-        groups={"You entered": entered, **estimated},
+        estimated=estimated,
         measurements=MEASUREMENTS,
         pictures=not why_no_pictures(),
     )
