@@ -55,7 +55,7 @@ class ShapeBasis:
         return bodies
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=4)
 def load_shape_basis(folder: Path = DATA) -> ShapeBasis:
     """The shipped basis, mapped from its file and made into floats once per process.
 

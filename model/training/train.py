@@ -50,6 +50,15 @@ def measure_population(population: Population) -> Floats:
     return values
 
 
+def plausible_limits(values: Floats) -> dict[str, tuple[float, float]]:
+    """What an adult may measure, given bodies' values, (n, M) with NaN where one is missing."""
+    low, high = np.nanmin(values, axis=0) * (1 - ROOM), np.nanmax(values, axis=0) * (1 + ROOM)
+    # Whole centimetres and kilograms, outwards: these are shown to people.
+    unit = np.array([1.0 if name == "weight" else 0.01 for name in TAKEN])
+    limits = np.round(np.stack([np.floor(low / unit), np.ceil(high / unit)], 1) * unit[:, None], 2)
+    return dict(zip(TAKEN, map(tuple, limits.tolist()), strict=True))
+
+
 def train_estimator(
     kind: BodyKind, population: Population, values: Floats, *, fit_intercept: bool = True
 ) -> Estimator:
@@ -60,23 +69,17 @@ def train_estimator(
     seen = mine & ~population.held_out
     linear = LinearBodyEstimator(fit_intercept=fit_intercept)
     linear.fit(values[seen], population.coefficients[seen])
-    low, high = values[seen].min(axis=0), values[seen].max(axis=0)
     weights = np.exp(population.log_odds[seen])
     for sex in range(len(SEXES)):
         # Women and men count alike in the neutral body.
         these = population.sexes[seen] == sex
         weights[these] /= max(weights[these].sum(), 1e-12)
-    limits = np.stack([low * (1 - ROOM), high * (1 + ROOM)], axis=1)
-    # Whole centimetres and kilograms, outwards: these are shown to people.
-    unit = np.array([1.0 if name == "weight" else 0.01 for name in TAKEN])[:, None]
-    limits = np.stack([np.floor(limits[:, 0] / unit[:, 0]), np.ceil(limits[:, 1] / unit[:, 0])], 1)
-    limits = np.round(limits * unit, 2)
     return Estimator(
         kind=kind,
         names=TAKEN,
         linear=linear,
         log_covariance=np.cov(np.log(values[seen]).T, aweights=weights),
-        limits=dict(zip(TAKEN, map(tuple, limits.tolist()), strict=True)),
+        limits=plausible_limits(values[seen]),
         population="open population: drawn from ANSUR II's statistics, bodies made with Anny 0.6.2",
         seed=population.seed,
         date=population.date,
