@@ -356,8 +356,8 @@ class Estimator:
         part.replace(path)
 
 
-def load_estimator(path: Path) -> Estimator:
-    """Reads an estimator's file.
+def load_estimator(path: Path, folder: Path = DATA) -> Estimator:
+    """Reads an estimator's file; the shape basis and the template it stands on are in `folder`.
 
     Raises
     ------
@@ -387,8 +387,8 @@ def load_estimator(path: Path) -> Estimator:
             population=str(arrays["population"]),
             seed=int(arrays["seed"]),
             date=str(arrays["date"]),
-            basis=load_shape_basis(),
-            template=load_template_mesh(),
+            basis=load_shape_basis(folder),
+            template=load_template_mesh(folder),
         )
         trained_on = str(arrays["basis"])
     except FileNotFoundError:
@@ -402,6 +402,8 @@ def load_estimator(path: Path) -> Estimator:
     return estimator
 
 
-def load_estimators(folder: Path = DATA / "estimators") -> dict[BodyKind, Estimator]:
-    """The shipped estimators, one for each kind of body."""
-    return {kind: load_estimator(folder / f"{kind}.npz") for kind in BODY_KINDS}
+def load_estimators(folder: Path = DATA) -> dict[BodyKind, Estimator]:
+    """The estimators of a folder, the shipped ones or those of scans: one for each kind of body."""
+    return {
+        kind: load_estimator(folder / "estimators" / f"{kind}.npz", folder) for kind in BODY_KINDS
+    }

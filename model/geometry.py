@@ -117,7 +117,8 @@ def sections(
     """
     firsts = np.cumsum(planes) - planes
     # How many planes lie below each vertex: an edge meets those between its ends' counts.
-    below = np.clip(np.ceil(stations), 0, planes[families]).astype(np.int64)
+    # (fmax leaves out what is not a number, as on a mesh that has collapsed.)
+    below = np.fmin(np.fmax(np.ceil(stations), 0), planes[families]).astype(np.int64)
     tail, head = below[:, edges[0]], below[:, edges[1]]
     meshes, cut = np.nonzero(tail != head)
     tail, head = tail[meshes, cut], head[meshes, cut]

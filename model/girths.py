@@ -79,7 +79,9 @@ class Girth:
     def gradient(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Gradient]:
         tied, rows = tie(template, vertices[None], [self])
         row = int(rows[0, 0])
-        return float(tied.perimeters[row]), gradients(template, vertices, [self], tied, [(0, row)])[0]
+        return float(tied.perimeters[row]), gradients(template, vertices, [self], tied, [(0, row)])[
+            0
+        ]
 
     def chosen(self, girths: Floats) -> Integers:
         """Which plane counts, given the girth at each: (..., planes) to (...)."""

@@ -103,7 +103,7 @@ class ShapeBasis:
         return places, flips
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=4)
 def load_shape_basis(folder: Path = DATA) -> ShapeBasis:
     """The shipped basis, mapped from its file and made into floats once per process.
 

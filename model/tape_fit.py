@@ -158,7 +158,9 @@ class _Search:
         self.slopes[self.known] += np.outer(surprise, step / length**2)
         off = np.abs(self._misses(reading)) > 0.5 * self.tolerances
         self._learn(reading.chosen[off], body, reading)
-        before, now = (np.linalg.norm(self._misses(r) / self.scales) for r in (self.reading, reading))
+        before, now = (
+            np.linalg.norm(self._misses(r) / self.scales) for r in (self.reading, reading)
+        )
         if now < before:
             self.w, self.body, self.reading = self.w + step, body, reading
             self._learn(reading.chosen, body, reading)

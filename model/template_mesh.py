@@ -135,7 +135,7 @@ def _landmark_weights(
     return indices.astype(np.int64), weights
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=4)
 def load_template_mesh(folder: Path = DATA) -> TemplateMesh:
     """The shipped template, read once per process.
 

@@ -64,6 +64,7 @@ READ_BY_HAND = {
     "fsspec": "BSD-3-Clause",
     "idna": "BSD-3-Clause",
     "mpmath": "BSD-3-Clause",
+    "partd": "BSD-3-Clause",
     "pyglet": "BSD-3-Clause",
     "requests": "Apache-2.0",
     "roma": "BSD-3-Clause",

@@ -132,6 +132,15 @@ def test_planes_through_many_meshes_are_rows_in_order() -> None:
     assert hulls.loop(6)[:, 1] == pytest.approx(1.1)
 
 
+def test_a_collapsed_mesh_has_no_section() -> None:
+    mesh = tube()
+    stations = np.full((1, len(mesh.vertices)), np.nan)
+    families = np.zeros(len(mesh.vertices), dtype=int)
+    edges = geometry.edges_of(mesh.faces).T
+    points = geometry.sections(mesh.vertices[None], edges, stations, families, np.array([9]))
+    assert len(points.points) == 0
+
+
 def test_volume_of_closed_forms() -> None:
     box = trimesh.creation.box(extents=(2, 3, 4))
     moved = np.stack([box.vertices, box.vertices + 5])

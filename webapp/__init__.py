@@ -21,6 +21,7 @@ from werkzeug.wrappers import Response
 
 from model.estimators import load_estimators
 from model.rendering import RenderingUnavailable
+from model.template_mesh import DATA
 from webapp import api, avatars, units, wizard
 from webapp.forms import Refused
 
@@ -118,7 +119,7 @@ def create_app(settings: Mapping[str, Any] | None = None) -> Flask:
     app.wsgi_app = careful_reading(app.wsgi_app)  # type: ignore[method-assign, assignment]
     app.json = InTheirOrder(app)
 
-    app.extensions["estimators"] = load_estimators()
+    app.extensions["estimators"] = load_estimators(Path(app.config["FITTING_ROOM_DATA"]))
     csrf = CSRFProtect(app)
     csrf.exempt(api.bp)
     limiter = Limiter(get_remote_address, app=app)
@@ -143,7 +144,8 @@ def environment(variables: Mapping[str, str]) -> dict[str, Any]:
 
     SECRET_KEY signs the session. FITTING_ROOM_LOCAL=1 is for a server on one's own machine, without
     https: cookies travel without it, and a key is made up where there is none. TRUSTED_PROXIES
-    counts the proxies in front. Variables of Flask-Limiter are named as it names its settings.
+    counts the proxies in front. FITTING_ROOM_DATA is a folder of estimators with their template, in
+    place of the shipped ones. Variables of Flask-Limiter are named as it names its settings.
     """
     local = variables.get("FITTING_ROOM_LOCAL", "0") == "1"
     return {
@@ -154,6 +156,7 @@ def environment(variables: Mapping[str, str]) -> dict[str, Any]:
         "SESSION_COOKIE_SECURE": not local,
         # The token lives as long as the session: a form may stay open while one looks for a tape.
         "WTF_CSRF_TIME_LIMIT": None,
+        "FITTING_ROOM_DATA": variables.get("FITTING_ROOM_DATA") or DATA,
         "MAX_CONTENT_LENGTH": 64 * 1024,
         "TRUSTED_PROXIES": int(variables.get("TRUSTED_PROXIES") or 0),
         "RATELIMIT_ENABLED": variables.get("RATELIMIT_ENABLED", "1") not in ("0", "false", ""),

@@ -8,7 +8,7 @@ from flask import Blueprint, Response, abort, jsonify, request
 from werkzeug.exceptions import HTTPException, UnprocessableEntity
 
 from model.cameras import Side
-from model.measurements import BODY_KINDS, MEASUREMENTS
+from model.measurements import BODY_KINDS, MEASUREMENTS, MeasurementSet
 from webapp import openapi, units
 from webapp.avatars import Avatar, glb, limits, make_avatar, picture, rows
 from webapp.forms import (
@@ -139,12 +139,37 @@ def _document(avatar: Avatar) -> dict[str, Any]:
             }
             for row in rows(avatar)
         ],
-        "warnings": [],
+        "warnings": _warnings(avatar),
         "estimator": {
             "version": avatar.estimator.version,
             "trained_on": avatar.estimator.trained_on,
         },
     }
+
+
+def _warnings(avatar: Avatar) -> list[dict[str, Any]]:
+    """What a client may want to look at again: entered values that the fitted body has not."""
+    if avatar.wanted.fit == "linear":
+        return []
+    asked = avatar.wanted.asked
+    warnings = []
+    for row in rows(avatar):
+        if not row.unmet:
+            continue
+        others = MeasurementSet({name: asked[name] for name in asked if name != row.name})
+        low, high = avatar.estimator.ranges(others, avatar.measured.values)[row.name]
+        symbol = units.SYMBOLS[MEASUREMENTS[row.name].unit][avatar.wanted.units]
+        taken = units.from_si(row.taken, MEASUREMENTS[row.name].unit, avatar.wanted.units)
+        warnings.append(
+            {
+                "measurement": row.name,
+                "code": "not_met",
+                "message": f"{MEASUREMENTS[row.name].label} does not seem to go with the other "
+                f"values: on the body it is {taken:.1f} {symbol}.",
+                "expected": [_number(row.name, end, avatar.wanted.units) for end in (low, high)],
+            }
+        )
+    return warnings
 
 
 def _number(name: str, value: float, chosen: Units) -> float:

@@ -28,9 +28,9 @@ from model.template_mesh import Body
 from webapp.forms import AvatarRequest, Limits, Refusal, Refused, Typed
 
 ESTIMATED = {
-    "We estimated: around the body": ("girth",),
-    "We estimated: over the skin": ("length",),
-    "We estimated: heights and weight": ("height", "mass"),
+    "Around the body": ("girth",),
+    "Over the skin": ("length",),
+    "Heights and weight": ("height", "mass"),
 }
 """The parts of the page's table, and the kinds of measurements in each."""
 
@@ -68,6 +68,11 @@ class Row:
     low: float
     high: float
 
+    @property
+    def unmet(self) -> bool:
+        """Whether this was entered and the body does not have it."""
+        return self.asked is not None and not _is_met(self.name, self.asked, self.taken)
+
 
 def estimators() -> Mapping[BodyKind, Estimator]:
     """The estimators that this process loaded at its start."""
@@ -96,11 +101,6 @@ def make_avatar(wanted: AvatarRequest) -> Avatar:
     return Avatar(wanted, estimator, body, measured, ranges)
 
 
-def is_met(name: str, asked: float, taken: float) -> bool:
-    """Whether a body has an entered value."""
-    return abs(asked - taken) <= MET[MEASUREMENTS[name].unit]
-
-
 def rows(avatar: Avatar) -> list[Row]:
     """What was asked and what the body measures, in the table's order."""
     table = []
@@ -108,7 +108,7 @@ def rows(avatar: Avatar) -> list[Row]:
         asked = avatar.wanted.asked.get(name)
         if asked is None:
             low, high = avatar.ranges[name]
-        elif is_met(name, asked, taken):
+        elif _is_met(name, asked, taken):
             low = high = taken
         else:
             low, high = sorted((asked, taken))
@@ -193,8 +193,8 @@ def page() -> str | AnyResponse:
         "avatars/avatar.html",
         units=wanted.units,
         entered=entered,
-        groups={"You entered": entered, **estimated},
-        unmet=[row for row in entered if not is_met(row.name, row.asked, row.taken)],
+        unmet=[row for row in entered if row.unmet],
+        estimated=estimated,
         measurements=MEASUREMENTS,
         pictures=not why_no_pictures(),
     )
@@ -226,6 +226,11 @@ def _shown() -> Avatar:
         return make_avatar(_wanted() or abort(404))
     except Refused:
         abort(404)
+
+
+def _is_met(name: str, asked: float, taken: float) -> bool:
+    """Whether a body has an entered value."""
+    return abs(asked - taken) <= MET[MEASUREMENTS[name].unit]
 
 
 def limits() -> dict[BodyKind, Limits]:

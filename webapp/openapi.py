@@ -178,9 +178,13 @@ def _schemas() -> dict[str, Schema]:
         "Warning": _object(
             {
                 "measurement": {"enum": list(MEASUREMENTS)},
-                "code": text,
+                "code": {"enum": ["not_met"], "description": "Not met: see fit."},
                 "message": text,
-                "expected": _list_of(number, 2),
+                "expected": {
+                    "description": "About the body's value: where four of five people's lie "
+                    "who share the other values.",
+                    **_list_of(number, 2),
+                },
             }
         ),
         "Problem": _object(

@@ -1,6 +1,7 @@
 """Learning, from the command line: ``python -m model.training COMMAND``."""
 
 import argparse
+import sys
 from pathlib import Path
 
 from model.training.spreads import write_survey_measurements
@@ -20,6 +21,7 @@ def main() -> None:
     report.add_argument(
         "--survey-rows", type=Path, help="the survey's rows, for errors on real people"
     )
+    _add_scans(commands.add_parser("scans", help="train on registered scans: docs/scans.md"))
     arguments = parser.parse_args()
     # Each command imports what it needs: only one of them needs PyTorch.
     if arguments.command == "survey":
@@ -39,10 +41,54 @@ def main() -> None:
         from model.training.train import train
 
         train()
+    elif arguments.command == "scans":
+        _train_on_scans(arguments)
     else:
         from model.training.report import write_report
 
         write_report(arguments.survey_rows)
+
+
+def _add_scans(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "folder",
+        type=Path,
+        nargs="?",
+        help="holds a folder of each sex, told by its name, such as SPRING_FEMALE and SPRING_MALE",
+    )
+    for sex in SEXES:
+        parser.add_argument(f"--{sex}", type=Path, metavar="FOLDER", help=f"the {sex} scans")
+    parser.add_argument(
+        "--output", type=Path, default=Path("build/scans"), help="%(default)s is the default"
+    )
+    parser.add_argument("--unit", choices=("m", "cm", "mm"), help="recognised by default")
+    axes = [f"{sign}{axis}" for axis in "xyz" for sign in "+-"]
+    for name, what in (("up", "people stand"), ("front", "people look")):
+        parser.add_argument(
+            f"--{name}",
+            choices=axes,
+            metavar="AXIS",
+            help=f"where {what}, such as --{name}=-y; recognised by default",
+        )
+    parser.add_argument("--jobs", type=int, default=-1, help="processes; one a core by default")
+    parser.add_argument("--dask", metavar="ADDRESS", help="work on the cluster of this scheduler")
+
+
+def _train_on_scans(arguments: argparse.Namespace) -> None:
+    from model.training.scans import Known, train_on_scans
+    from model.training.scans_files import ScanError
+
+    try:
+        train_on_scans(
+            arguments.folder,
+            {"female": arguments.female, "male": arguments.male},
+            output=arguments.output,
+            known=Known(arguments.unit, arguments.up, arguments.front),
+            jobs=arguments.jobs,
+            dask=arguments.dask,
+        )
+    except (ScanError, OSError, ModuleNotFoundError) as error:
+        sys.exit(f"scans: {error}")
 
 
 if __name__ == "__main__":

@@ -177,6 +177,10 @@ class _Neighbours:
         a, b, c = np.moveaxis(vertices[self.faces[faces]], 1, 0)
         normal = np.cross(b - a, c - a)
         square = np.einsum("fi,fi->f", normal, normal)
+        # No point lies in a triangle without area, as some of a scan's may be.
+        real = square > 0
+        faces, a, b, c = (array[real] for array in (faces, a, b, c))
+        normal, square = normal[real], square[real]
         shares = [
             np.einsum("fi,fi->f", normal, np.cross(q - p, point - p)) / square
             for p, q in ((a, b), (b, c), (c, a))

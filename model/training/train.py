@@ -22,6 +22,9 @@ ROOM = 0.15
 """How far beyond the population's extremes a value may lie and still be taken for real."""
 
 
+LEAST_VARIANCE = 1e-4
+"""Of a coefficient, whose variance over the whole population is 1."""
+
 REACH_SUBSETS = 200
 """On how many subsets of measurements it is found how far out the population's bodies lie."""
 
@@ -55,6 +58,15 @@ def measure_population(population: Population) -> Floats:
     return values
 
 
+def plausible_limits(values: Floats) -> dict[str, tuple[float, float]]:
+    """What an adult may measure, given bodies' values, (n, M) with NaN where one is missing."""
+    low, high = np.nanmin(values, axis=0) * (1 - ROOM), np.nanmax(values, axis=0) * (1 + ROOM)
+    # Whole centimetres and kilograms, outwards: these are shown to people.
+    unit = np.array([1.0 if name == "weight" else 0.01 for name in TAKEN])
+    limits = np.round(np.stack([np.floor(low / unit), np.ceil(high / unit)], 1) * unit[:, None], 2)
+    return dict(zip(TAKEN, map(tuple, limits.tolist()), strict=True))
+
+
 def train_estimator(
     kind: BodyKind, population: Population, values: Floats, *, fit_intercept: bool = True
 ) -> Estimator:
@@ -65,25 +77,19 @@ def train_estimator(
     seen = mine & ~population.held_out
     linear = LinearBodyEstimator(fit_intercept=fit_intercept)
     linear.fit(values[seen], population.coefficients[seen])
-    low, high = values[seen].min(axis=0), values[seen].max(axis=0)
     weights = np.exp(population.log_odds[seen])
     for sex in range(len(SEXES)):
         # Women and men count alike in the neutral body.
         these = population.sexes[seen] == sex
         weights[these] /= max(weights[these].sum(), 1e-12)
-    limits = np.stack([low * (1 - ROOM), high * (1 + ROOM)], axis=1)
-    # Whole centimetres and kilograms, outwards: these are shown to people.
-    unit = np.array([1.0 if name == "weight" else 0.01 for name in TAKEN])[:, None]
-    limits = np.stack([np.floor(limits[:, 0] / unit[:, 0]), np.ceil(limits[:, 1] / unit[:, 0])], 1)
-    limits = np.round(limits * unit, 2)
     return Estimator(
         kind=kind,
         names=TAKEN,
         linear=linear,
         log_covariance=np.cov(np.log(values[seen]).T, aweights=weights),
-        spread=np.linalg.cholesky(np.cov(population.coefficients[seen].T)),
+        spread=spread_of(population.coefficients[seen]),
         reach=reach_of(values[seen]),
-        limits=dict(zip(TAKEN, map(tuple, limits.tolist()), strict=True)),
+        limits=plausible_limits(values[seen]),
         population="open population: drawn from ANSUR II's statistics, bodies made with Anny 0.6.2",
         seed=population.seed,
         date=population.date,
@@ -92,12 +98,18 @@ def train_estimator(
     )
 
 
+def spread_of(coefficients: Floats) -> Floats:
+    """The factor of the coefficients' covariance, (K, K), of bodies (n, K): few bodies will do."""
+    covariance = np.cov(coefficients.T) + LEAST_VARIANCE * np.eye(coefficients.shape[1])
+    return np.linalg.cholesky(covariance).astype(np.float64)
+
+
 def reach_of(values: Floats, seed: int = 0) -> float:
     """How much further out bodies lie than if their measurements were normal.
 
     Over random subsets of measurements, of each body the squared distance from the mean in the
     covariance of the subset, as a share of the quantile of chi-squared; of those shares the
-    same quantile. About 1 for a normal law.
+    same quantile. About 1 for a normal law, and 1 at least.
 
     Parameters
     ----------
@@ -113,7 +125,7 @@ def reach_of(values: Floats, seed: int = 0) -> float:
         inverse = np.linalg.pinv(np.atleast_2d(np.cov(some.T)), rcond=1e-10, hermitian=True)
         distances = np.einsum("ni,ij,nj->n", some, inverse, some, optimize=True)
         shares.append(distances / chi2.ppf(USUAL, count))
-    return float(np.quantile(shares, USUAL))
+    return max(1.0, float(np.quantile(shares, USUAL)))
 
 
 def train(folder: Path = DATA / "estimators") -> None:
