@@ -16,6 +16,7 @@ from model.anthropometry import TAKEN, ImpossibleBodyError
 from model.measurements import BODY_KINDS, MEASUREMENTS
 from model.rendering import RenderingUnavailable
 from webapp import avatars
+from webapp.forms import FITS
 
 WOMAN = {
     "body": "female",
@@ -156,11 +157,45 @@ def test_inches_and_pounds_make_the_same_body(call):
         assert other["path"] == one["path"]
 
 
-def test_both_fits_are_answered_with_the_linear_estimate_as_the_description_says(call, description):
-    linear, tape = (call("/api/v1/avatars", WOMAN | {"fit": fit}) for fit in ("linear", "tape"))
-    assert linear.json == tape.json == call("/api/v1/avatars", WOMAN).json
-    fit = description["components"]["schemas"]["AvatarRequest"]["properties"]["fit"]
-    assert "not offered yet, and answered as linear" in fit["description"]
+@pytest.mark.parametrize("person", [WOMAN, MAN])
+def test_the_body_has_what_was_entered(call, person):
+    answer = call("/api/v1/avatars", person).json
+    assert answer["warnings"] == []
+    for row in answer["measurements"]:
+        if row["asked"] is not None:
+            assert row["taken"] == pytest.approx(row["asked"], abs=0.1), row["name"]
+            assert row["low"] == row["high"] == row["taken"]
+        else:
+            assert row["low"] < row["taken"] < row["high"]
+
+
+def test_the_tape_fit_is_the_default_and_the_linear_estimate_is_to_be_had(call):
+    linear, tape = (call("/api/v1/avatars", WOMAN | {"fit": fit}).json for fit in FITS[::-1])
+    assert tape == call("/api/v1/avatars", WOMAN).json
+    misses = [
+        abs(row["taken"] - row["asked"])
+        for row in linear["measurements"]
+        if row["asked"] is not None
+    ]
+    assert max(misses) > 0.2
+    assert linear["warnings"] == []
+    files = [call("/api/v1/avatars.glb", WOMAN | {"fit": fit}).data for fit in FITS]
+    assert files[0] != files[1]
+
+
+def test_values_that_contradict_each_other_are_warned_of(call):
+    document = WOMAN | {"measurements": {"stature": 168, "bust_girth": 140, "underbust_girth": 70}}
+    answer = call("/api/v1/avatars", document).json
+    rows = {row["name"]: row for row in answer["measurements"]}
+    warnings = {warning["measurement"]: warning for warning in answer["warnings"]}
+    assert set(warnings) == {"bust_girth", "underbust_girth"}
+    assert warnings["bust_girth"]["code"] == "not_met"
+    for name, warning in warnings.items():
+        row = rows[name]
+        assert f"on the body it is {row['taken']:.1f} cm" in warning["message"]
+        low, high = warning["expected"]
+        assert low < row["taken"] < high
+        assert [row["low"], row["high"]] == sorted([row["taken"], row["asked"]])
 
 
 @pytest.mark.parametrize("body", BODY_KINDS)

@@ -46,6 +46,26 @@ def test_the_page_tells_asked_and_taken_for_every_measurement(shopper):
     assert float(taken) - 92 == pytest.approx(float(sign), abs=0.11)
 
 
+def test_the_body_has_what_was_typed_and_the_page_says_so(shopper):
+    shopper.get("/avatar")
+    assert "It measures what you typed" in text(shopper.page)
+    numbers = table(shopper.page)
+    for name in ("stature", "bust_girth", "waist_girth", "hip_girth", "thigh_girth"):
+        asked, taken, difference = numbers[name]
+        assert asked == taken
+        assert difference == "0.0"
+
+
+def test_what_does_not_go_together_is_named(client):
+    client.send(body="female", stature="168", bust_girth="140", waist_girth="50", weight="45")
+    client.get("/avatar")
+    opening = text(client.page.find(".//div[@class='opening']"))
+    assert "as near to what you typed as a body can" in opening
+    asked, taken, difference = table(client.page)["bust_girth"]
+    assert "Bust / chest" in opening
+    assert difference == f"\N{MINUS SIGN}{float(asked) - float(taken):.1f}"
+
+
 def test_a_value_that_was_not_entered_comes_with_its_range(shopper):
     shopper.get("/avatar")
     taken, spread = table(shopper.page)["neck_girth"]

@@ -193,7 +193,7 @@ def page() -> str | AnyResponse:
         "avatars/avatar.html",
         units=wanted.units,
         entered=entered,
-        unmet=[row for row in entered if row.unmet],
+        unmet=[MEASUREMENTS[row.name].label for row in entered if row.unmet],
         estimated=estimated,
         measurements=MEASUREMENTS,
         pictures=not why_no_pictures(),
