@@ -296,8 +296,11 @@ class Estimator:
 
     def coefficients(self, asked: MeasurementSet) -> Floats:
         """The linear estimate from any subset of the measurements that it knows: (K,)."""
-        row = np.array([[asked.get(name, np.nan) for name in self.names]])
-        coefficients: Floats = self.linear.predict(row)[0]
+        known = np.array([name in asked for name in self.names])
+        values = [asked[name] for name in self.names if name in asked]
+        if self.linear.fit_intercept:
+            values.insert(0, 1.0)
+        coefficients: Floats = self.linear.law(known) @ np.array(values)
         return coefficients
 
     def body(self, coefficients: Floats) -> Body:

@@ -26,8 +26,9 @@ from model.measurements import MEASUREMENTS, MeasurementSet
 from model.tape_pieces import Reading, TapePieces
 from model.template_mesh import Body
 
-TOLERANCES: Mapping[str, float] = {"m": 0.0002, "kg": 0.02}
-"""A value this near to the asked one is met, by unit: finer than any tape or scale."""
+TOLERANCES: Mapping[str, float] = {"m": 0.0004, "kg": 0.04}
+"""A value this near to the asked one is met, by unit: told in tenths of centimetres or
+kilograms, it is the same."""
 
 ROUNDS = 12
 """After so many bodies the best is given; four of five fits need three at most."""
