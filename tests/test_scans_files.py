@@ -85,6 +85,7 @@ def test_another_writer_of_ply_is_understood():
         (obj().replace(b"v 1.5 0 0", b"v 1.5 0"), "a.obj, line 2: 2 coordinates, not 3"),
         (obj("f 1 3 2\nf 1 2 4 3\n"), "a.obj, line 6: a face of 4 corners, not a triangle"),
         (obj("f 1 3 2\nf 1 2\n"), "a.obj, line 6: a face of 2 corners, not a triangle"),
+        (obj("f 1 3 2 4\nf 1 2\n"), "a.obj, line 5: a face of 4 corners, not a triangle"),
         (obj("f 1 3 2\nf 1 b 3\n"), "a.obj, line 6: no face: '1 b 3'"),
         (obj("f 1 3 2\nf 1 2 5\n"), "a.obj, line 6: there are 4 vertices, this face has 'f 1 2 5'"),
         (obj("f 1 3 2\nf 0 1 2\n"), "a.obj, line 6: there are 4 vertices"),

@@ -15,6 +15,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 from scipy.sparse import csgraph, csr_array
+from threadpoolctl import threadpool_limits
 
 from model.appearance import vertex_normals
 from model.estimators import Estimator
@@ -62,7 +63,9 @@ def find_anatomy(
         Where our template does not come to lie on it.
     """
     ours, target = estimator.template, Skin(vertices, faces)
-    laid, distance = register(ours, estimator.basis, target, guess(estimator, vertices, faces))
+    # The matrices are small: threads would wait for one another longer than they work.
+    with threadpool_limits(limits=1):
+        laid, distance = register(ours, estimator.basis, target, guess(estimator, vertices, faces))
     if distance > LOOSE:
         raise ScanError(
             f"our template lies {distance * 1e3:.0f} mm from the scans' mean shape on average, at "

@@ -66,7 +66,7 @@ class Skin:
         closest : ndarray of shape (n, 3), points of these faces.
         distances : ndarray of shape (n,); infinite where no skin near by faces the same way.
         """
-        near = np.asarray(self._tree.query(points, k=4)[1])
+        near = np.asarray(self._tree.query(points, k=3)[1])
         counts = self._starts[near + 1] - self._starts[near]
         which = np.repeat(np.arange(len(points)), counts.sum(axis=1))
         counts = counts.ravel()
@@ -224,7 +224,7 @@ class Mannequin:
         unbent = self._unbent()
         stages = self._bend(unbent[at], unbent, at)
         # Backwards through the turns: what a small step before each does along the normal.
-        slopes = normals
+        slopes, by_shape = normals, np.zeros((len(at), count))
         by_turn = np.empty((len(at), len(self.turns), 3))
         by_turn[:, -1] = np.cross(stages[-1], slopes)
         slopes = slopes @ self.turns[-1]
@@ -233,8 +233,11 @@ class Mannequin:
             share = joint.share[at, None]
             arm = (stages[number] - unbent[joint.ring].mean(axis=0)) @ turn.T
             by_turn[:, number] = share * np.cross(arm, slopes)
-            slopes = slopes + share * (slopes @ turn - slopes)
-        by_shape = np.einsum(
+            turned = share * (slopes @ turn - slopes)
+            # The middle that it turns about moves with the shape.
+            by_shape -= turned @ self._directions[joint.ring, :count].mean(axis=0).T
+            slopes = slopes + turned
+        by_shape += np.einsum(
             "nki,ni->nk", self._directions[at, :count], slopes.astype(np.float32), optimize=True
         )
         return stages[-1] + self.move, np.hstack([by_shape, by_turn.reshape(len(at), -1), normals])
@@ -304,12 +307,16 @@ class Mannequin:
 
 
 STAGES = (
-    (10, 0.3, 1e-6, 4),
-    (30, 0.15, 1e-7, 4),
+    (10, 0.3, 1e-6, 3),
+    (30, 0.15, 1e-7, 3),
     (100, 0.08, 1e-8, 3),
-    (300, 0.03, 2e-10, 4),
+    (300, 0.03, 2e-10, 3),
 )
 """How the whole body is fitted: coefficients, how far is looked, prior, steps."""
+
+LOST = 0.08
+"""Where the whole body is still further off after the first stage, root mean square, in metres, it
+will not come to lie on what is no body in a pose like ours."""
 
 ARMS = (0.0, 0.35, -0.25)
 """How much further from the body the arms are tried, in radians."""
@@ -331,7 +338,8 @@ def register(
     Returns
     -------
     vertices : ndarray of shape (V, 3), our template's.
-    distance : metres, the mean distance of the target's vertices from them.
+    distance : metres, the mean distance of the target's vertices from them; more than `LOST`
+        where they do not come to lie on it.
     """
     start = Mannequin(template, basis)
     start.coefficients[:] = coefficients
@@ -350,19 +358,21 @@ def register(
         )
         return ours, theirs
 
-    few = samples(1500)
+    few = samples(1000)
     tried = []
     for angle in ARMS:
         trial = start.copy()
         trial.raise_arms(angle)
-        for _ in range(4):
+        for _ in range(3):
             left = trial.step(target, few, 10, 0.3, 1e-6)
         tried.append((left, trial))
     best = min(tried, key=lambda pair: pair[0])[1]
     for number, (count, far, weak, steps) in enumerate(STAGES):
-        chosen = samples(3000 if number < len(STAGES) - 1 else 8000)
+        chosen = samples(2500 if number < len(STAGES) - 1 else 6000)
         for _ in range(steps):
-            best.step(target, chosen, min(count, len(coefficients)), far, weak)
+            left = best.step(target, chosen, min(count, len(coefficients)), far, weak)
+        if left > LOST:
+            return best.vertices(), left
     vertices = let_go(best.vertices(), template.faces, target)
     ours = Skin(vertices, template.faces)
     _, _, distances = ours.nearest(target.vertices, target.normals)
