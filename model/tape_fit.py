@@ -41,6 +41,9 @@ values that follow from one another can stand together; and after a step that le
 LEAST_GAIN = 0.03
 """At the edge of what people look like, a round that lowers the misses by less is the last."""
 
+MOST_FAILURES = 3
+"""At that edge, after so many steps in turn that lead nowhere there is nowhere to go."""
+
 USUAL = 0.999
 """The share of people within an estimator's reach."""
 
@@ -103,6 +106,13 @@ class _Search:
     w, body, reading : the best body so far and what it measures.
     slopes : ndarray of shape (P, K), derivatives of the pieces by w.
     known : ndarray of shape (P,), the pieces whose derivatives were ever needed.
+    scales : ndarray of shape (n,), each measurement's spread, SI.
+    aim, slack : ndarrays of shape (P,), what a piece's tape is to measure, and by how much a
+        piece that does not count may pass that.
+    reach : how long a step may be.
+    damping : added to the eigenvalues of the next step's equations.
+    failures : how many steps in turn have led nowhere.
+    gains : whether going on is of use.
     """
 
     def __init__(self, estimator: Estimator, asked: MeasurementSet) -> None:
@@ -173,6 +183,7 @@ class _Search:
             self.reach = length / 2
             self.damping = max(10 * self.damping, FIRST_DAMPING)
             self.failures += 1
+            self.gains = not (at_the_edge and self.failures == MOST_FAILURES)
             if self.failures == 2:
                 self.reading = self.pieces.read(self.body.vertices, with_slopes=True)
                 known, self.known = np.flatnonzero(self.known), np.zeros_like(self.known)
