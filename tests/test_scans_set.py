@@ -13,7 +13,13 @@ from model.training import scans_workers
 from model.training.scans import Known, Record, prepared, train_on_scans
 from model.training.scans_files import ScanError
 from model.training.scans_set import LEAST, find_files, find_folders, read_set
-from model.training.scans_training import outlier_lines, outliers, write_basis, write_values
+from model.training.scans_training import (
+    outlier_lines,
+    outliers,
+    unflattened,
+    write_basis,
+    write_values,
+)
 from model.training.scans_workers import each, workers
 
 
@@ -156,6 +162,28 @@ def test_values_beyond_three_deviations_of_their_sex_are_missing():
         f"  {TAKEN[3]}: 1 female, 1 male",
         f"  {TAKEN[5]}: 0 female, 1 male",
     ]
+
+
+def test_what_could_not_be_measured_is_missing():
+    sexes = np.repeat([0, 1], 20).astype(np.uint8)
+    values = np.tile(np.linspace(1, 1.1, 20), (len(TAKEN), 2)).T
+    values[3, 0], values[25, 1] = np.nan, 0
+    assert np.argwhere(outliers(values, sexes)).tolist() == [[3, 0], [25, 1]]
+
+
+def test_flat_faces_are_opened_and_nothing_else_is_moved():
+    points, faces = tall_ball()
+    spoilt = points.copy()
+    a, b, c = faces[10]
+    spoilt[a] = (points[b] + points[c]) / 2
+    same, opened = unflattened(np.array([points, spoilt]), faces)
+    assert np.array_equal(same, points)
+    assert trimesh.Trimesh(opened, faces, process=False).area_faces.min() > 1e-3
+    moved = np.linalg.norm(opened - spoilt, axis=1) > 0
+    assert moved[a]
+    assert moved.sum() < 10
+    # All points in one place cannot be opened.
+    assert unflattened(np.zeros((1, *points.shape)), faces).size == 0
 
 
 def test_missing_values_are_written_as_nothing(tmp_path):

@@ -11,15 +11,17 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from model.anthropometry import TAKEN, TAPES, measure_batch
 from model.estimators import Estimator, LinearBodyEstimator
 from model.geodesics import save_strips
-from model.geometry import Booleans, Floats
+from model.geometry import Booleans, Floats, edges_of
 from model.measurements import BODY_KINDS, MEASUREMENTS, BodyKind
 from model.shape_basis import load_shape_basis
 from model.tapes import legs_of
 from model.template_mesh import TemplateMesh, load_template_mesh
+from model.training.scans_files import ScanError
 from model.training.scans_workers import each
 from model.training.strips import find_strips
 from model.training.survey import SEXES
@@ -30,6 +32,12 @@ CHUNK = 32
 
 OUTLYING = 3.0
 """Standard deviations from the mean beyond which a value is missing: the paper's section 4.1.1."""
+
+FLAT = 1e-3
+"""A face is flat if it is lower than this share of its longest side."""
+
+SMOOTHED = 20
+"""How many times at most a body is smoothed around its flat faces."""
 
 MOST_COMPONENTS = 200
 SMALL_ERROR = 0.00025
@@ -70,19 +78,46 @@ def measure_scans(template: TemplateMesh, vertices: NDArray[np.float32]) -> Floa
 def with_strips(template: TemplateMesh, vertices: NDArray[np.float32], path: Path) -> TemplateMesh:
     """The template with the strips of its geodesics, found on a sample and written to a file."""
     rows = np.unique(np.linspace(0, len(vertices) - 1, STRIP_BODIES).astype(int))
-    sample = vertices[rows].astype(np.float64)
+    sample = unflattened(vertices[rows].astype(np.float64), template.faces)
+    if not len(sample):
+        raise ScanError("every scan has faces without area, which smoothing does not open")
     save_strips(path, find_strips(template, sample, legs_of(TAPES.values())))
     load_template_mesh.cache_clear()
     return load_template_mesh(path.parent)
 
 
+def unflattened(vertices: Floats, faces: NDArray[np.int32]) -> Floats:
+    """Bodies, (n, V, 3), without faces that are flat: exact geodesics do not end on those.
+
+    Around a flat face a body is smoothed a little; one on which that does not help is left out.
+    """
+    edges = edges_of(faces)
+    pairs = np.concatenate([edges, edges[:, ::-1]]).T
+    beside = csr_array((np.ones(pairs.shape[1]), (pairs[0], pairs[1])))
+    counts = np.asarray(beside.sum(axis=1))[:, None]
+    kept = []
+    for body in vertices:
+        for _ in range(SMOOTHED):
+            corners = body[faces]
+            sides = np.roll(corners, -1, axis=1) - corners
+            doubled = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+            flat = doubled <= FLAT * (sides**2).sum(axis=2).max(axis=1)
+            if not flat.any():
+                kept.append(body)
+                break
+            around = np.unique(faces[flat])
+            body[around] = (beside[around] @ body) / counts[around]
+    return np.array(kept)
+
+
 def outliers(values: Floats, sexes: NDArray[np.uint8]) -> Booleans:
-    """Which values lie beyond `OUTLYING` deviations of their sex's mean: (n, M)."""
-    outlying = np.zeros(values.shape, dtype=bool)
+    """Which values lie beyond `OUTLYING` deviations of their sex's mean, or are none: (n, M)."""
+    outlying = ~(values > 0)
     for sex in range(len(SEXES)):
-        own = values[sexes == sex]
-        off = np.abs(own - own.mean(axis=0))
-        outlying[sexes == sex] = off > OUTLYING * own.std(axis=0)
+        mine = sexes == sex
+        own = np.ma.masked_array(values[mine], outlying[mine])
+        off = np.abs(own - own.mean(axis=0)) > OUTLYING * own.std(axis=0)
+        outlying[mine] |= np.ma.filled(off, True)
     return outlying
 
 
