@@ -81,7 +81,10 @@ def with_strips(template: TemplateMesh, vertices: NDArray[np.float32], path: Pat
     sample = unflattened(vertices[rows].astype(np.float64), template.faces)
     if not len(sample):
         raise ScanError("every scan has faces without area, which smoothing does not open")
-    save_strips(path, find_strips(template, sample, legs_of(TAPES.values())))
+    try:
+        save_strips(path, find_strips(template, sample, legs_of(TAPES.values())))
+    except ValueError as error:  # of two landmarks that no way leads between
+        raise ScanError(f"{path.parent / 'landmarks.json'}: {error}") from None
     load_template_mesh.cache_clear()
     return load_template_mesh(path.parent)
 
