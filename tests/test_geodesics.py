@@ -31,7 +31,7 @@ def ladder(path: Floats, width: float = 1.0) -> tuple[Floats, Strip]:
 
     The way runs from the middle of the ribbon's first rung, which is no gate, to the last.
     """
-    left, right = (path + [side * width / 2, 0, 0] for side in (-1, 1))
+    left, right = (path + np.array([side * width / 2, 0, 0]) for side in (-1, 1))
     vertices = np.stack([left, right], axis=1).reshape(-1, 3)
     vertices = np.concatenate([vertices, path[[0, -1]]])
     gates = []
