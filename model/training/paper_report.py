@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from model.anthropometry import TAKEN
 from model.geometry import Floats
 from model.shape_basis import load_shape_basis
 from model.template_mesh import load_template_mesh
@@ -88,10 +89,12 @@ def findings(
         f"{sex} {len(set(choices[sex].selection.selected) & set(TABLE_4[sex]))} of {SELECTED}"
         for sex in SEXES
     ]
+    alike = set.intersection(*(set(choices[sex].selection.selected) for sex in SEXES))
     rows = [
         [
             "Seven measurements are chosen for each sex, six of them alike (Table 4).",
-            f"Of its seven we choose: {', '.join(same)}. The criterion is weak; see below.",
+            f"Of its seven we choose: {', '.join(same)}; {len(alike)} of ours are alike. The "
+            "criterion is weak; see below.",
         ],
         [
             "More measurements often give better bodies (5.1.1).",
@@ -109,10 +112,10 @@ def findings(
         ],
         [
             "Without height among what is given, the whole body is scaled ((1b), (1c)).",
-            "Yes, and the missing constant term is why. Error of the small and the large body's "
-            "stature from the top 4, without: "
+            "Yes, and the missing constant term is why. From the top 4 the lightest and the "
+            "heaviest tenth of the bodies become, on average, taller than they are by "
             + _each(trials, lambda trial: _taller(space, trial, LINEAR_LETTER))
-            + "; with a constant: "
+            + "; with a constant by "
             + _each(trials, lambda trial: _taller(space, trial, LINEAR))
             + ".",
         ],
@@ -175,16 +178,15 @@ def _mean(trial: Trial, model: str, subset: str) -> float:
 
 
 def _taller(space: PaperSpace, trial: Trial, model: str) -> str:
-    """How much taller the small and the large body become from the top 4."""
-    estimated, true = (
-        np.ptp(space.vertices(coordinates)[:, :, 1], axis=1)
-        for coordinates in (
-            trial.estimate(model, "top 4", trial.ends),
-            trial.coordinates[trial.ends],
-        )
+    """How much taller the lightest and the heaviest tenth become from the top 4."""
+    by_weight = np.argsort(trial.values[:, TAKEN.index("weight")])
+    tenth = max(len(by_weight) // 10, 1)
+    light, heavy = (
+        np.ptp(space.vertices(trial.estimate(model, "top 4", rows))[:, :, 1], axis=1).mean()
+        - trial.values[rows, TAKEN.index("stature")].mean()
+        for rows in (by_weight[:tenth], by_weight[-tenth:])
     )
-    small, large = ((estimated - true) * 100).tolist()
-    return f"{small:+.0f} and {large:+.0f} cm"
+    return f"{light * 100:+.0f} and {heavy * 100:+.0f} cm"
 
 
 def _squared_step(trial: Trial) -> float:

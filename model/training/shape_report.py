@@ -192,7 +192,9 @@ def _figures(space: PaperSpace, trials: Mapping[Sex, Trial], images: Path, writt
         ]
         name = f"paper_figure_{number}.jpg"
         draw_map(space.template, rows, PAPER_SCALE).save(images / name, quality=85, optimize=True)
-        ours = "; not in the paper" if model == LINEAR else ""
+        ours = (
+            "; not in the paper, and the law of the shipped estimators" if model == LINEAR else ""
+        )
         pieces.append(
             f"![Error map: {model}](images/{name})\n\n*Figure {number}: {model}{ours}. {written}*"
         )
