@@ -2,11 +2,16 @@
 
 import csv
 import json
+import os
+import subprocess
 import sys
+import time
+from contextlib import ExitStack
+from pathlib import Path
 
 import numpy as np
 import pytest
-from distributed import LocalCluster
+from distributed import Client
 from made_scans import write_set
 
 from model.anthropometry import TAKEN, TAPES, measure, measure_batch
@@ -15,13 +20,16 @@ from model.gltf import to_glb
 from model.measurements import BODY_KINDS, MEASUREMENTS, MeasurementSet
 from model.rendering import render_png
 from model.shape_basis import load_shape_basis
-from model.template_mesh import load_template_mesh
+from model.template_mesh import DATA, load_template_mesh
 from model.training.__main__ import main
 from model.training.mesh_repair import repair
 from model.training.population import load_population
 from model.training.scans_anatomy import read_landmarks
 from model.training.scans_files import ScanError, read_scan
 from model.training.survey import SEXES, SURVEY_TAPES
+from webapp import environment
+
+ROOT = Path(__file__).resolve().parent.parent
 
 PER_SEX = 6
 
@@ -67,16 +75,40 @@ def run(monkeypatch, *arguments):
 
 
 @pytest.fixture(scope="module")
-def output(folder, tmp_path_factory):
+def scheduler(tmp_path_factory):
+    """The address of a Dask scheduler with two workers, all processes of their own."""
+    place = tmp_path_factory.mktemp("cluster")
+    told = place / "scheduler.json"
+    command = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--port=0", "--no-dashboard"]
+    worker = [sys.executable, "-m", "distributed.cli.dask_worker", "--nthreads=1", "--no-nanny"]
+    with ExitStack() as running, (place / "log").open("w") as log:
+        for start in (command, worker, worker):
+            process = subprocess.Popen(
+                [*start, f"--scheduler-file={told}"],
+                cwd=place,
+                # Workers have the project, and nothing else of what is here.
+                env={**os.environ, "PYTHONPATH": str(ROOT)},
+                stdout=log,
+                stderr=log,
+            )
+            running.callback(process.wait)
+            running.callback(process.terminate)
+            for _ in range(600):
+                if told.exists():
+                    break
+                time.sleep(0.1)
+        address = json.loads(told.read_text())["address"]
+        with Client(address, timeout=60) as client:
+            client.wait_for_workers(2, timeout=60)
+        yield address
+
+
+@pytest.fixture(scope="module")
+def output(folder, scheduler, tmp_path_factory):
     """What the command made of the set, with two workers of a Dask cluster."""
     output = tmp_path_factory.mktemp("output")
-    with (
-        pytest.MonkeyPatch.context() as monkeypatch,
-        LocalCluster(
-            n_workers=2, threads_per_worker=1, dashboard_address=None, memory_limit=0
-        ) as cluster,
-    ):
-        run(monkeypatch, folder, "--output", output, "--dask", cluster.scheduler_address)
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        run(monkeypatch, folder, "--output", output, "--dask", scheduler)
     return output
 
 
@@ -173,6 +205,17 @@ def test_the_site_starts_on_it(output, make_site):
         )
     answer = client.post("/api/v1/avatars.glb", json={"measurements": asked, "body": "female"})
     assert answer.data[:4] == b"glTF"
+
+
+def test_the_environment_says_where_the_estimators_are():
+    assert environment({"FITTING_ROOM_DATA": "build/scans"})["FITTING_ROOM_DATA"] == "build/scans"
+    for unset in ({}, {"FITTING_ROOM_DATA": ""}):
+        assert environment(unset)["FITTING_ROOM_DATA"] == DATA
+
+
+def test_a_folder_without_estimators_is_named(make_site, tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"female\.npz"):
+        make_site(FITTING_ROOM_DATA=tmp_path)
 
 
 def test_a_body_of_scans_is_drawn(output):
