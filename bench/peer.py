@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from model.geometry import Floats
-from model.girths import Girth
+from model.girths import PAST, Girth
 from model.template_mesh import TemplateMesh
 
 
@@ -22,10 +22,6 @@ class Planes:
 
     origins: Floats
     normal: Floats
-
-
-BARELY = 1e-9
-"""A point no further than this on the wrong side of a plane, in m², lies in it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,12 +43,10 @@ class PeerGirth:
     def of(cls, name: str, tape: Girth, template: TemplateMesh) -> "PeerGirth":
         """Picks out the body part once, as ours does."""
         faces = template.faces[template.faces_of(*tape.parts)]
-        if tape.cut == "along":
-            # Around what lies beyond the start alone.
-            start = template.landmark_points(template.vertices, *tape.start)
-            axis = template.landmark_points(template.vertices, *tape.stop) - start
-            beyond = (template.vertices - start) @ axis > -BARELY
-            faces = faces[beyond[faces].all(axis=1)]
+        for landmark in tape.past:
+            passed = template.landmark_points(template.vertices, landmark)
+            far = np.linalg.norm(template.vertices - passed, axis=1) > PAST
+            faces = faces[far[faces].all(axis=1)]
         vertices, places = np.unique(faces, return_inverse=True)
         return cls(name, tape, vertices.astype(np.int64), places.reshape(faces.shape))
 
@@ -65,8 +59,6 @@ class PeerGirth:
             normal = np.array([0.0, 1.0, 0.0])
         elif tape.cut == "across":
             normal = axis
-        elif tape.cut == "along":
-            normal = np.cross(axis, [0.0, 0.0, 1.0])
         else:
             back, front = (
                 template.landmark_points(vertices, tape.start[end], tape.stop[end])

@@ -16,7 +16,7 @@ from model.geodesics import length_gradient
 from model.geometry import Floats
 from model.girths import Girth, tie
 from model.measurements import MEASUREMENTS, MeasurementSet
-from model.tapes import Geodesic, Height, Legs, Mass, Tape, bundle, legs_of
+from model.tapes import Geodesic, Height, Legs, Loop, Mass, Tape, bundle, legs_of
 from model.template_mesh import Body, Gradient, Landmarks, TemplateMesh
 
 WAIST: Landmarks = ("waist_front", "waist_back")
@@ -81,15 +81,15 @@ TAPES: Mapping[str, Tape] = {
     "wrist_girth": _limb(HAND, ELBOW, WRIST, (0.85, 1.0), "narrowest", planes=5),
     "thigh_girth": _limb(THIGH, HIP, KNEE, (0.0, 0.1), "widest", planes=5),
     "calf_girth": _limb(CALF, KNEE, ANKLE, (0.15, 0.5), "widest", planes=9),
-    "armscye_girth": Girth(
-        ("torso", "upper_arm_left"), ("axilla_left",), ("acromion_left",), cut="along"
+    "armscye_girth": Loop(
+        ("acromion_left", "armpit_front_left", "axilla_left", "armpit_back_left")
     ),
     "elbow_girth": _limb(ARM, ELBOW, WRIST, (-0.04, 0.04), "widest", planes=3),
     # About the navel, where the belly is fullest; further down it would read the hips.
     "abdomen_girth": Girth(HIPS, ("omphalion",), ("underbust",), (-0.1, 0.2), "widest", planes=7),
-    # Breasts may hang below the fold's middle: the narrowest of the next few centimetres.
+    # Breasts may hang below the fold, where the tape passes behind them.
     "underbust_girth": Girth(
-        TRUNK, ("underbust",), ("omphalion",), (0.0, 0.2), "narrowest", planes=4
+        TRUNK, ("underbust",), ("omphalion",), (0.0, 0.2), "narrowest", planes=4, past=THELIA
     ),
     "mid_thigh_girth": _limb(THIGH, HIP, KNEE, (0.35, 0.6), "narrowest", planes=7),
     "shoulder_length": Geodesic(("acromion_left", "suprasternale", "acromion_right")),
@@ -221,8 +221,7 @@ def take_tapes(
         by_leg = dict(zip(legs, ways, strict=True))
         for column, geodesic in geodesics.items():
             own = [by_leg[leg] for leg in geodesic.legs()]
-            path = np.concatenate([way.points for way in own])
-            taken[column] = sum(way.length for way in own), path
+            taken[column] = sum(way.length for way in own), geodesic.path(own)
     for column, tape in others.items():
         taken[column] = tape.take(template, vertices)
     return [taken[column] for column in range(len(tapes))]

@@ -14,11 +14,12 @@ from typing import Literal
 import numpy as np
 
 from model import geometry
-from model.geometry import Booleans, Floats, Integers
+from model.geometry import Floats, Integers
 from model.template_mesh import Gradient, Landmarks, TemplateMesh
 
-ON_PLANE = 1e-9
-"""A vertex nearer to a plane than this lies on it, in metres."""
+PAST = 0.05
+"""How far around a landmark a tape that passes it by meets no skin, in metres: on the template
+a nipple is 5.4 cm from the fold under the breast."""
 
 UP = np.array([0.0, 1.0, 0.0])
 
@@ -33,13 +34,13 @@ class Girth:
     start, stop : the mean points of these landmarks span the axis along which planes lie.
     span : from where to where planes are tried, as fractions of the way from start to stop.
     pick : which of the planes counts.
-    cut : how planes lie: level; across, perpendicular to the axis; slanted, along the line
-        from the first landmarks of start and stop (at the back) to the last (in front); or
-        along, one plane through start and stop, from front to back, of which the tape goes
-        around what lies beyond the start.
+    cut : how planes lie: level; across, perpendicular to the axis; or slanted, along the line
+        from the first landmarks of start and stop (at the back) to the last (in front).
     planes : how many are tried.
     reach : how far beyond the span edges may be met, in metres on the template. The skin of a
         part lies at other heights, between the same landmarks, on other bodies.
+    past : landmarks that the tape passes by: skin nearer to one than `PAST`, on the template,
+        is not met. A plane that just touches what hangs there would make the girth jump.
     """
 
     parts: tuple[str, ...]
@@ -47,9 +48,10 @@ class Girth:
     stop: Landmarks
     span: tuple[float, float] = (0.0, 0.0)
     pick: Literal["widest", "narrowest"] = "widest"
-    cut: Literal["level", "across", "slanted", "along"] = "level"
+    cut: Literal["level", "across", "slanted"] = "level"
     planes: int = 1
     reach: float = 0.15
+    past: Landmarks = ()
 
     @property
     def step(self) -> float:
@@ -106,8 +108,7 @@ def tie(
     starts, stops, tails, heads = np.moveaxis(rig.points(vertices), 2, 0)
     normals = np.einsum("gij,bgj->bgi", rig.turns, heads - tails) + rig.uprights
     normals /= np.linalg.norm(normals, axis=2, keepdims=True)
-    # How far the axis rises along the normal; of a plane through its axis, one metre.
-    rises = np.where(rig.along, 1.0, np.einsum("bgi,bgi->bg", stops - starts, normals))
+    rises = np.einsum("bgi,bgi->bg", stops - starts, normals)
     firsts = np.einsum("bgi,bgi->bg", starts, normals) + rig.firsts * rises
     steps = rig.steps * rises
     part = np.take(vertices, rig.indices, axis=1)
@@ -214,7 +215,6 @@ class _Rig:
     planes : ndarray of shape (G,), how many planes each girth tries.
     firsts, steps : ndarrays of shape (G,), the first plane and the step to the next, as shares
         of the way from start to stop.
-    along : ndarray of shape (G,), which planes run along their axis.
     turns : ndarray of shape (G, 3, 3), from the line that tilts a plane to its direction.
     uprights : ndarray of shape (G, 3), added to that.
     landmarks : ndarray of shape (L,), vertices.
@@ -227,7 +227,6 @@ class _Rig:
     planes: Integers
     firsts: Floats
     steps: Floats
-    along: Booleans
     turns: Floats
     uprights: Floats
     landmarks: Integers
@@ -241,9 +240,8 @@ class _Rig:
 TURNS: Mapping[str, Floats] = {
     "level": np.zeros((3, 3)),
     "across": np.eye(3),
-    # The cross products of the line with the directions left and forward.
+    # The cross product of the line with the direction left.
     "slanted": np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]),
-    "along": np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]),
 }
 """From the line that tilts a plane to the plane's direction, by the kind of cut."""
 
@@ -271,7 +269,6 @@ def _rig(template: TemplateMesh, girths: tuple[Girth, ...]) -> _Rig:
         planes=np.array([girth.planes for girth in girths]),
         firsts=np.array([girth.span[0] for girth in girths]),
         steps=np.array([girth.step for girth in girths]),
-        along=np.array([girth.cut == "along" for girth in girths]),
         turns=np.stack([TURNS[girth.cut] for girth in girths]),
         uprights=np.stack([UP * (girth.cut == "level") for girth in girths]),
         landmarks=landmarks,
@@ -284,13 +281,14 @@ def _edges(template: TemplateMesh, tape: Girth) -> Integers:
     faces = template.faces[template.faces_of(*tape.parts)]
     start = template.landmark_points(template.vertices, *tape.start)
     axis = template.landmark_points(template.vertices, *tape.stop) - start
+    met = np.ones(len(template.vertices), dtype=bool)
+    for name in tape.past:
+        passed = template.landmark_points(template.vertices, name)
+        met &= np.linalg.norm(template.vertices - passed, axis=1) > PAST
+    faces = faces[met[faces].all(axis=1)]
     normal = UP * np.sign(axis[1]) if tape.cut == "level" else axis / np.linalg.norm(axis)
     stations = (template.vertices - start) @ normal
-    if tape.cut == "along":
-        edges = geometry.edges_of(faces[(stations[faces] > -ON_PLANE).all(axis=1)])
-    else:
-        edges = geometry.edges_of(faces)
-        low, high = stations[edges].min(axis=1), stations[edges].max(axis=1)
-        first, last = np.array(tape.span) * (axis @ normal)
-        edges = edges[(high > first - tape.reach) & (low < last + tape.reach)]
-    return edges
+    edges = geometry.edges_of(faces)
+    low, high = stations[edges].min(axis=1), stations[edges].max(axis=1)
+    first, last = np.array(tape.span) * (axis @ normal)
+    return edges[(high > first - tape.reach) & (low < last + tape.reach)]

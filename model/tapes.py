@@ -4,15 +4,16 @@ A girth is what a taut tape reads (:mod:`model.girths`). A length is a geodesic 
 skin, within a few strips that serve a whole population. Heights are vertical distances.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
 
 from model import geometry
-from model.geodesics import Bundle, length_gradient
+from model.geodesics import Bundle, Way, length_gradient
 from model.geometry import Floats
 from model.template_mesh import Gradient, Landmarks, TemplateMesh
 
@@ -60,7 +61,7 @@ class Geodesic:
 
     def legs(self) -> Legs:
         """The ways from each landmark to the next."""
-        return tuple(zip(self.through, self.through[1:], strict=False))
+        return tuple(pairwise(self.through))
 
     def read(self, template: TemplateMesh, vertices: Floats) -> Floats:
         return bundle(template, self.legs()).lengths(vertices).sum(axis=1)
@@ -68,13 +69,34 @@ class Geodesic:
     def take(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Floats]:
         """The length and its path over the skin, an open polyline."""
         ways = [way for _, way in bundle(template, self.legs()).ways(vertices)]
-        return sum(way.length for way in ways), np.concatenate([way.points for way in ways])
+        return sum(way.length for way in ways), self.path(ways)
+
+    def path(self, ways: Sequence[Way]) -> Floats:
+        """The ways of all legs as one: (n, 3)."""
+        return np.concatenate([way.points for way in ways])
 
     def gradient(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Gradient]:
         ways = bundle(template, self.legs()).ways(vertices)
         slopes = [length_gradient(strip, way) for strip, way in ways]
         indices, gradient = (np.concatenate(piece) for piece in zip(*slopes, strict=True))
         return sum(way.length for _, way in ways), (indices, gradient)
+
+
+@dataclass(frozen=True)
+class Loop(Geodesic):
+    """A way over the skin through landmarks and back to the first of them.
+
+    A tape that lies in a hollow, as in the armpit, is no hull of a plane section: which skin
+    such a section ends with would change from one moment to the next.
+    """
+
+    def legs(self) -> Legs:
+        """The ways from each landmark to the next, and from the last to the first."""
+        return tuple(pairwise((*self.through, self.through[0])))
+
+    def path(self, ways: Sequence[Way]) -> Floats:
+        """The ways of all legs as one closed loop, whose first point is not repeated: (n, 3)."""
+        return super().path(ways)[:-1]
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ import pytest
 import trimesh
 from scipy.spatial import ConvexHull
 
+from model import girths
 from model.anthropometry import (
     TAKEN,
     TAPES,
@@ -38,7 +39,7 @@ def mirrored(tape: Tape) -> Tape:
     return replace(tape, **{f.name: other(getattr(tape, f.name)) for f in fields(tape)})
 
 
-GIRTHS = [name for name in TAKEN if MEASUREMENTS[name].kind == "girth"]
+GIRTHS = [name for name in TAKEN if isinstance(TAPES[name], Girth)]
 
 
 @pytest.fixture(scope="module")
@@ -79,12 +80,10 @@ def test_girths_agree_with_trimeshs_sections(fifty: Floats, name: str) -> None:
     tape, template = TAPES[name], load_template_mesh()
     assert isinstance(tape, Girth)
     part = template.faces[template.faces_of(*tape.parts)]
-    if tape.cut == "along":  # of which the tape goes round what lies beyond its start
-        start, stop = (
-            template.landmark_points(template.vertices, n) for n in ("axilla_left", "acromion_left")
-        )
-        beyond = (template.vertices - start) @ (stop - start) > -1e-9
-        part = part[beyond[part].all(axis=1)]
+    for name in tape.past:
+        passed = template.landmark_points(template.vertices, name)
+        far = np.linalg.norm(template.vertices - passed, axis=1) > girths.PAST
+        part = part[far[part].all(axis=1)]
     for vertices in fifty:
         value, path = tape.take(template, vertices)
         normal = np.linalg.svd(path - path.mean(axis=0))[2][2]

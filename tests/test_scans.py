@@ -36,8 +36,8 @@ PER_SEX = 6
 LARGEST_INDEX = 40
 """Of body mass, in kg/m²: what the survey's people have."""
 
-AT_BORDERS = ("armscye_girth", "thigh_girth")
-"""Their tapes run along the border of a body part, which goes from face to face: on another mesh it
+AT_BORDERS = ("thigh_girth",)
+"""Its tape runs along the border of a body part, which goes from face to face: on another mesh it
 lies elsewhere, by half a face, and where the skin bulges there, so does the tape."""
 
 

@@ -2,7 +2,7 @@ import pytest
 
 from model.anthropometry import TAKEN, TAPES
 from model.girths import Girth
-from model.tapes import Geodesic, Height, Mass, Span
+from model.tapes import Geodesic, Height, Loop, Mass, Span
 from model.template_mesh import load_template_mesh
 from model.training.tape_words import how_taken, landmark_places
 
@@ -47,9 +47,13 @@ def test_every_tape_has_words_that_name_all_its_landmarks(name):
             "way from the middle of `a` and `b` to the middle of `c` and `d`; the widest counts.",
         ),
         (
-            Girth(("torso", "upper_arm_left"), ("a",), ("b",), cut="along"),
-            "A taut tape around the torso and left upper arm, in the one plane that runs from "
-            "front to back through `a` and `b`; the tape goes around what lies beyond `a`.",
+            Loop(("a", "b", "c")),
+            "A way over the skin through `a`, `b` and `c` and back to the first.",
+        ),
+        (
+            Girth(("torso",), ("a",), ("b",), past=("c", "d")),
+            "A taut tape around the torso, passing by the skin around `c` and `d`, kept level, "
+            "0 % of the way from `a` to `b`.",
         ),
         (
             Girth(("torso",), ("a",), ("b",)),

@@ -109,15 +109,20 @@ def test_on_a_sphere_level_girths_are_its_circles() -> None:
         )
 
 
-def test_a_plane_along_its_axis_ties_what_lies_beyond_its_start() -> None:
-    """A box, cut from front to back; the tape goes round its upper half."""
-    mesh = trimesh.creation.box(extents=(2, 4, 1)).subdivide().subdivide()
-    box = marked(mesh, middle=[0.5, 0, 0.5], top=[0.5, 2, 0])
-    tape = Girth(("whole",), ("middle",), ("top",), cut="along")
-    value, path = tape.take(box, box.vertices)
-    assert value == pytest.approx(2 * (2 + 1))
-    assert path[:, 0] == pytest.approx(0.5)
-    assert path[:, 1].min() == pytest.approx(0)
+def test_what_is_passed_by_is_not_met() -> None:
+    """Two tubes, apart: the tape is tied behind one of them."""
+    left, right = turned([(0, 0), (0.1, 0), (0.1, 1), (0, 1)]), None
+    right = left.copy()
+    left.apply_translation([-0.04, 0, 0])
+    right.apply_translation([0.3, 0, 0])
+    both = trimesh.util.concatenate([left, right])
+    template = marked(both, low=[-0.04, 0, 0], high=[-0.04, 1, 0], beside=[0.4, 0, 0])
+    tape = Girth(("whole",), ("low",), ("high",), (0.5, 0.5))
+    past = replace(tape, past=("beside",))
+    around_both = ring(0.1) + 2 * 0.34
+    values = [each.read(template, template.vertices[None])[0] for each in (tape, past)]
+    assert values[0] == pytest.approx(around_both, rel=1e-3)
+    assert values[1] < values[0]
 
 
 def test_where_two_places_compete_the_value_is_continuous() -> None:

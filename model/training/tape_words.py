@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping, Sequence
 
 from model.girths import Girth
-from model.tapes import BODY_DENSITY, Geodesic, Height, Mass, Tape
+from model.tapes import BODY_DENSITY, Geodesic, Height, Loop, Mass, Tape
 from model.template_mesh import DATA
 
 PARTS: Mapping[str, str] = {
@@ -37,6 +37,8 @@ def how_taken(tape: Tape) -> str:
     """
     if isinstance(tape, Girth):
         return _girth(tape)
+    if isinstance(tape, Loop):
+        return f"A way over the skin through {_joined(_code(tape.through))} and back to the first."
     if isinstance(tape, Geodesic):
         start, *through, stop = tape.through
         over = f" over {_joined([f'`{name}`' for name in through])}" if through else ""
@@ -52,12 +54,9 @@ def how_taken(tape: Tape) -> str:
 
 def _girth(tape: Girth) -> str:
     around = f"A taut tape around the {_parts(tape.parts)}"
+    if tape.past:
+        around += f", passing by the skin around {_joined(_code(tape.past))}"
     start, stop = _point(tape.start), _point(tape.stop)
-    if tape.cut == "along":
-        return (
-            f"{around}, in the one plane that runs from front to back through {start} and {stop}; "
-            f"the tape goes around what lies beyond {start}."
-        )
     if tape.cut == "level":
         lie = "kept level"
     elif tape.cut == "across":
