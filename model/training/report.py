@@ -46,7 +46,7 @@ def _validation(population: Population, survey_rows: Path | None) -> str:
         f"{population.seed}. The estimators are the shipped ones, which saw none of these "
         "bodies and people.",
         "The linear estimate (the paper's section 4.5) bends no body to the tape: what it "
-        "misses of the entered values is what a tape fit will have to close.",
+        "misses of the entered values is what the tape fit closes (`model/tape_fit.py`).",
         "## Held-out bodies of the population",
         _held_out(population),
     ]
