@@ -7,6 +7,8 @@ import pytest
 import trimesh
 from scipy.spatial import ConvexHull, cKDTree
 
+from model.tapes import BODY_DENSITY
+
 MILLIMETRE = 1e-3
 
 PEOPLE = [
@@ -71,6 +73,7 @@ def test_heights_and_weight_are_the_files(avatar):
         if row["kind"] == "height":
             top, bottom = np.array(row["path"])
             assert 100 * (top - bottom)[1] == pytest.approx(row["taken"], abs=0.1), name
+    assert mesh.volume * BODY_DENSITY == pytest.approx(rows["weight"]["taken"], abs=0.1)
     for floor in ("stature", "waist_height", "foot_height"):
         assert rows[floor]["path"][1][1] == pytest.approx(mesh.bounds[0][1], abs=MILLIMETRE)
 
