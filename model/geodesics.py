@@ -141,7 +141,7 @@ class Bundle:
     """
 
     def __init__(self, legs: Sequence[Sequence[Strip]]) -> None:
-        self._legs = np.cumsum([0, *(len(leg) for leg in legs)])
+        self._spans = list(pairwise(np.cumsum([0, *(len(leg) for leg in legs)]).tolist()))
         self._strips = [strip for leg in legs for strip in leg]
         self._starts = np.cumsum([0, *(len(strip.left) for strip in self._strips)]).tolist()
         self._left = np.concatenate([strip.left for strip in self._strips])
@@ -166,31 +166,44 @@ class Bundle:
         -------
         ndarray of shape (B, number of legs).
         """
-        lengths = [[_taut(*flat)[0] for flat in self._unfold(body)] for body in vertices]
-        return np.minimum.reduceat(np.array(lengths), self._legs[:-1], axis=1)
+        bodies = (self._shortest(list(self._unfold(body))) for body in vertices)
+        return np.array([[length for _, length, _ in legs] for legs in bodies])
 
     def ways(self, vertices: Floats) -> list[tuple[Strip, Way]]:
         """The shortest way of every leg on one mesh, vertices of shape (V, 3), and its strip."""
         flats = list(self._unfold(vertices))
-        taut = [_taut(*flat) for flat in flats]
-        firsts = self._legs.tolist()
-        chosen = [
-            min(range(first, last), key=lambda index: taut[index][0])
-            for first, last in pairwise(firsts)
-        ]
-        fractions = _crossings([flats[i] for i in chosen], [taut[i][1] for i in chosen])
+        chosen, lengths, turns = zip(*self._shortest(flats), strict=True)
+        fractions = _crossings([flats[i] for i in chosen], turns)
         edges = np.concatenate([self._gates[i] for i in chosen])
         points = vertices[self._left[edges]]
         points += fractions[:, None] * (vertices[self._right[edges]] - points)
-        ends = np.einsum("sekc,sek->sec", vertices[self._ends[chosen]], self._weights[chosen])
+        own_ends = list(chosen)
+        ends = np.einsum("sekc,sek->sec", vertices[self._ends[own_ends]], self._weights[own_ends])
         ways = []
         gate = 0
-        for i, (start, stop) in zip(chosen, ends, strict=True):
+        for i, length, (start, stop) in zip(chosen, lengths, ends, strict=True):
             own = slice(gate, gate + len(self._gates[i]))
             gate = own.stop
             path = np.concatenate([start[None], points[own], stop[None]])
-            ways.append((self._strips[i], Way(taut[i][0], path, fractions[own])))
+            ways.append((self._strips[i], Way(length, path, fractions[own])))
         return ways
+
+    def _shortest(self, flats: Sequence[_Flat]) -> list[tuple[int, float, Turns]]:
+        """Of each leg, the strip with the shortest way, its length and where it bends."""
+        found = []
+        chords = [abs(stop - start) for start, _, _, stop in flats]
+        for first, last in self._spans:
+            nearest, *others = sorted(range(first, last), key=chords.__getitem__)
+            best = nearest, *_taut(*flats[nearest])
+            for strip in others:
+                # No thread is shorter than the straight line between its ends.
+                if chords[strip] >= best[1]:
+                    break
+                length, turns = _taut(*flats[strip])
+                if length < best[1]:
+                    best = strip, length, turns
+            found.append(best)
+        return found
 
     def _unfold(self, vertices: Floats) -> Iterator[_Flat]:
         """Each strip in the plane: start, left ends, right ends, stop."""
