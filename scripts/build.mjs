@@ -1,10 +1,18 @@
 /** The front end: page scripts with what they import, small, into static/build/. */
 
+import { copyFileSync, mkdirSync, writeFileSync } from "node:fs";
+import { fileURLToPath } from "node:url";
+
 import { build } from "esbuild";
 
+import { poseBundle } from "./pose_bundle.mjs";
+
+const BUILT = "static/build";
+
 await build({
-  entryPoints: ["static/avatar.js"],
-  outdir: "static/build",
+  entryPoints: ["static/avatar.js", "static/photos/worker.js"],
+  outdir: BUILT,
+  outbase: "static",
   bundle: true,
   format: "esm",
   target: ["es2022"],
@@ -12,3 +20,13 @@ await build({
   legalComments: "linked",
   logLevel: "warning",
 });
+
+// What finds people in photos: the runtime as it comes, and the network as the runtime takes it.
+const runtime = new URL(".", import.meta.resolve("@mediapipe/tasks-vision"));
+mkdirSync(`${BUILT}/photos`, { recursive: true });
+for (const end of ["js", "wasm"]) {
+  const file = `wasm/vision_wasm_module_internal.${end}`;
+  copyFileSync(new URL(file, runtime), `${BUILT}/photos/vision.${end}`);
+}
+const networks = fileURLToPath(new URL("../node_modules/@mediapipe/pose", import.meta.url));
+writeFileSync(`${BUILT}/photos/pose.task`, poseBundle(networks, "full"));

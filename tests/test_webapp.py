@@ -247,3 +247,15 @@ def test_static_files_are_kept_for_a_year_by_their_fingerprint(client):
 
 def test_settings_go_before_the_environment(make_site):
     assert make_site().config["SECRET_KEY"] == SETTINGS["SECRET_KEY"]
+
+
+def test_webassembly_and_the_camera_are_for_the_photos_alone(client):
+    everywhere = client.get("/").headers
+    worker = client.get("/static/build/photos/worker.js").headers
+    assert "wasm" not in everywhere["Content-Security-Policy"]
+    assert "camera=()" in everywhere["Permissions-Policy"]
+    assert "script-src 'self' 'wasm-unsafe-eval';" in worker["Content-Security-Policy"]
+    assert "camera=(self)" in worker["Permissions-Policy"]
+    for headers in (everywhere, worker):
+        assert "connect-src 'self';" in headers["Content-Security-Policy"]
+        assert "'unsafe-" not in headers["Content-Security-Policy"]

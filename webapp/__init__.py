@@ -55,6 +55,18 @@ SECURITY_HEADERS = {
     "Permissions-Policy": "camera=(), microphone=(), geolocation=(), payment=(), usb=()",
 }
 
+PHOTO_HEADERS = {
+    # What finds people in photos is WebAssembly, and it asks for the camera: where it runs alone.
+    "Content-Security-Policy": SECURITY_HEADERS["Content-Security-Policy"].replace(
+        "script-src 'self'", "script-src 'self' 'wasm-unsafe-eval'"
+    ),
+    "Permissions-Policy": SECURITY_HEADERS["Permissions-Policy"].replace(
+        "camera=()", "camera=(self)"
+    ),
+}
+PHOTO_PAGE = "comparisons.page"
+PHOTO_WORKER = "build/photos/worker.js"
+
 HEARD_OUT = 64 * 2**20
 PIECE = 2**16
 """Bytes that are read, and let go, of a request that is refused for its size or its type."""
@@ -227,7 +239,7 @@ def hear_out(response: Response) -> Response:
 
 def add_headers(response: Response) -> Response:
     """Security for every response; caching for what may be kept and only that."""
-    for name, value in SECURITY_HEADERS.items():
+    for name, value in (SECURITY_HEADERS | (PHOTO_HEADERS if _sees_photos() else {})).items():
         response.headers.setdefault(name, value)
     if request.endpoint == "static":
         if "v" in request.args:
@@ -242,3 +254,9 @@ def add_headers(response: Response) -> Response:
     else:
         response.cache_control.no_store = True
     return response
+
+
+def _sees_photos() -> bool:
+    """Whether the answer is the page that takes photos, or the worker that looks at them."""
+    arguments = request.view_args or {}
+    return request.endpoint == PHOTO_PAGE or arguments.get("filename") == PHOTO_WORKER
