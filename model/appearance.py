@@ -60,9 +60,10 @@ class GarmentCut:
     garment: NDArray[np.int32]
 
     def extend(self, values: Floats) -> Floats:
-        """Values at the vertices, (V, k), followed by those at the cuts: (V + E, k)."""
+        """Values at the vertices, (V, ...), followed by those at the cuts: (V + E, ...)."""
         first, second = values[self.ends[:, 0]], values[self.ends[:, 1]]
-        return np.concatenate([values, first + self.along[:, None] * (second - first)])
+        along = self.along.reshape(-1, *[1] * (values.ndim - 1))
+        return np.concatenate([values, first + along * (second - first)])
 
 
 def dress(body: Body) -> DressedBody:
@@ -70,18 +71,44 @@ def dress(body: Body) -> DressedBody:
     template = body.template
     cut = garment_cut(template, body.kind)
     normals = vertex_normals(body.vertices, template.faces)
-    covered, average = _cloth(template, body.kind)
-    smooth = normals[covered]
-    for _ in range(CLOTH_ROUNDS):
-        smooth = average @ smooth
-    under = np.clip(garment_field(template, body.kind)[covered] / CLOTH_HEM, 0, 1)[:, None]
-    normals[covered] += under * (_unit(smooth) - normals[covered])
+    covered, under = _under_cloth(template, body.kind)
+    normals[covered] += under * (_unit(_smoothed(body, normals)) - normals[covered])
     return DressedBody(
         positions=cut.extend(body.vertices),
         normals=_unit(cut.extend(normals)),
         skin=cut.skin,
         garment=cut.garment,
     )
+
+
+def dressed_moves(body: Body, moves: Floats) -> tuple[Floats, Floats]:
+    """How the surface of a dressed body changes as its vertices begin to move.
+
+    The derivatives of `dress`, but that each face's weight at a vertex stays: on smooth skin,
+    where neighbouring faces all but share a plane, it changes no normal.
+
+    Parameters
+    ----------
+    body : Body
+    moves : ndarray of shape (n, V, 3)
+        Ways to move its vertices, metres for each unit.
+
+    Returns
+    -------
+    positions, normals : ndarrays of shape (n, N, 3), for each unit.
+    """
+    cut = garment_cut(body.template, body.kind)
+    # Of all moves at once: ndarrays of shape (V, n, 3).
+    columns = moves.transpose(1, 0, 2)
+    totals, changes = _normal_moves(body, moves)
+    normals, changes = _unit(totals), _unit_moves(totals, changes)
+    covered, under = _under_cloth(body.template, body.kind)
+    smooth = _smoothed(body, normals)
+    smooth_changes = _unit_moves(smooth, _smoothed(body, changes))
+    normals[covered] += under * (_unit(smooth) - normals[covered])
+    changes[covered] += under[:, None] * (smooth_changes - changes[covered])
+    changes = _unit_moves(cut.extend(normals), cut.extend(changes))
+    return cut.extend(columns).transpose(1, 0, 2), changes.transpose(1, 0, 2)
 
 
 @lru_cache(maxsize=8)
@@ -171,18 +198,19 @@ def vertex_normals(vertices: Floats, faces: NDArray[np.int32]) -> Floats:
     N. Max, "Weights for Computing Vertex Normals from Facet Normals", Journal of Graphics
     Tools 4(2), 1999.
     """
+    sides = vertices[faces[:, 1:]] - vertices[faces[:, :1]]
+    return _unit(_gathering(vertices, faces) @ np.cross(sides[:, 0], sides[:, 1]))
+
+
+def _gathering(vertices: Floats, faces: NDArray[np.int32]) -> csr_array:
+    """From faces' cross products to the sums that vertices' normals point along: (V, F)."""
     corners = vertices[faces]
     sides = np.roll(corners, -1, axis=1) - corners
     squares = np.einsum("fcx,fcx->fc", sides, sides)
-    across = np.cross(sides[:, 0], sides[:, 1])
     # At corner c meet the side that begins there and the side that ends there.
-    weights = squares * np.roll(squares, 1, axis=1)
-    terms = across[:, None, :] / np.maximum(weights, np.finfo(float).tiny)[:, :, None]
-    corner = faces.ravel()
-    totals = [
-        np.bincount(corner, terms[:, :, axis].ravel(), minlength=len(vertices)) for axis in range(3)
-    ]
-    return _unit(np.stack(totals, axis=1))
+    weights = 1 / np.maximum(squares * np.roll(squares, 1, axis=1), np.finfo(float).tiny)
+    rows, columns = faces.ravel(), np.repeat(np.arange(len(faces)), 3)
+    return csr_array((weights.ravel(), (rows, columns)), shape=(len(vertices), len(faces)))
 
 
 def linear(colour: ArrayLike) -> Floats:
@@ -196,11 +224,57 @@ def _unit(vectors: Floats) -> Floats:
     return np.where(lengths > 0, vectors / np.where(lengths > 0, lengths, 1), (0.0, 1.0, 0.0))
 
 
+def _unit_moves(vectors: Floats, changes: Floats) -> Floats:
+    """How the directions of vectors change with them: (N, 3) and (N, n, 3) to (N, n, 3)."""
+    lengths = np.linalg.norm(vectors, axis=1)
+    directions = vectors / np.where(lengths > 0, lengths, 1)[:, None]
+    along = np.einsum("vnx,vx->vn", changes, directions)
+    across = changes - along[:, :, None] * directions[:, None]
+    return across / np.where(lengths > 0, lengths, np.inf)[:, None, None]
+
+
+def _normal_moves(body: Body, moves: Floats) -> tuple[Floats, Floats]:
+    """The sums that vertices' normals point along, (V, 3), and their changes, (V, n, 3).
+
+    A face's cross product p×q + q×r + r×p changes with a corner by the opposite side times that
+    corner's move, so that one sparse matrix for each axis of the sides does it for all moves.
+    """
+    faces = body.template.faces
+    corners = body.vertices[faces]
+    gather = _gathering(body.vertices, faces)
+    totals = gather @ np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    opposite = np.roll(corners, 1, axis=1) - np.roll(corners, -1, axis=1)
+    shape = (len(faces), len(body.vertices))
+    starts = np.arange(0, faces.size + 1, 3)
+    x, y, z = (
+        gather @ csr_array((opposite[:, :, axis].ravel(), faces.ravel(), starts), shape=shape)
+        for axis in range(3)
+    )
+    u, v, w = np.ascontiguousarray(moves.transpose(2, 1, 0))
+    return totals, np.stack([y @ w - z @ v, z @ u - x @ w, x @ v - y @ u], axis=-1)
+
+
 def _covers(template: TemplateMesh, *parts: str) -> Booleans:
     """Which vertices have no face outside these parts: (V,)."""
     covers = np.ones(len(template.vertices), dtype=bool)
     covers[template.faces[~template.faces_of(*parts)]] = False
     return covers
+
+
+def _smoothed(body: Body, values: Floats) -> Floats:
+    """Values at the vertices, (V, ...), averaged with their neighbours' under the cloth."""
+    covered, average = _cloth(body.template, body.kind)
+    smooth = values[covered].reshape(len(covered), -1)
+    for _ in range(CLOTH_ROUNDS):
+        smooth = average @ smooth
+    return smooth.reshape(len(covered), *values.shape[1:])
+
+
+def _under_cloth(template: TemplateMesh, kind: BodyKind) -> tuple[Integers, Floats]:
+    """The vertices under the garment, (n,), and how far each follows the cloth: (n, 1), 0 to 1."""
+    covered, _ = _cloth(template, kind)
+    inside = garment_field(template, kind)[covered]
+    return covered, np.clip(inside / CLOTH_HEM, 0, 1)[:, None]
 
 
 @lru_cache(maxsize=8)

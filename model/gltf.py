@@ -1,5 +1,8 @@
 """A body as a glTF 2.0 binary: metres, +Y up, facing +Z, two materials on one set of points.
 
+Numbers are floats, which every reader knows, rounded to what can be seen: their last bits are
+zeros, and a server that compresses sends half as much.
+
 The container is written here, and not by trimesh's exporter, because that makes one mesh of each
 material with its own copy of the points, and has no place for the asset's extras.
 
@@ -17,7 +20,11 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from model.appearance import GARMENT_COLOUR, SKIN_COLOUR, dress, linear
+from model.anthropometry import TAKEN
+from model.appearance import GARMENT_COLOUR, SKIN_COLOUR, dress, dressed_moves, linear
+from model.geometry import Floats
+from model.measurements import MEASUREMENTS, MeasurementSet
+from model.morph_targets import MorphTargets
 from model.template_mesh import Body
 
 GENERATOR = "The Fitting Room"
@@ -30,11 +37,25 @@ _UNSIGNED_SHORT, _UNSIGNED_INT, _FLOAT = 5123, 5125, 5126
 _VERTICES, _INDICES = 34962, 34963
 _TRIANGLES = 4
 
+# What positions, in metres, and normals are rounded to; and what a morph target's are, which is
+# seldom shown with more than a fifth of its weight. Powers of two, so that floats hold them.
+_POSITION_GRAIN, _NORMAL_GRAIN = 2.0**-16, 2.0**-9
+_MOVE_GRAIN, _TURN_GRAIN = 2.0**-13, 2.0**-5
+
+_DIGITS = 6
+"""Significant ones of numbers in the extras."""
+
 # 65,535 restarts a primitive, so that a point may not have that number.
 _MOST_SHORT_POINTS = 65535
 
 
-def to_glb(body: Body, extras: Mapping[str, object] | None = None) -> bytes:
+def to_glb(
+    body: Body,
+    extras: Mapping[str, object] | None = None,
+    *,
+    measured: MeasurementSet | None = None,
+    morphs: MorphTargets | None = None,
+) -> bytes:
     """The body in its plain underwear as the bytes of a `.glb` file.
 
     Parameters
@@ -42,6 +63,10 @@ def to_glb(body: Body, extras: Mapping[str, object] | None = None) -> bytes:
     body : Body
     extras : mapping, optional
         What the file says of itself (`asset.extras`): anything that JSON can hold.
+    morphs : MorphTargets, optional
+        The body's live preview, as the mesh's morph targets; see `live_extras`.
+    measured : MeasurementSet, optional
+        What the body measures: told beside how that changes with the targets.
 
     Raises
     ------
@@ -49,7 +74,7 @@ def to_glb(body: Body, extras: Mapping[str, object] | None = None) -> bytes:
         If the extras hold a number that JSON has no word for (infinity, not-a-number).
     """
     dressed = dress(body)
-    positions = dressed.positions.astype(np.float32)
+    positions = _rounded(dressed.positions, _POSITION_GRAIN)
     short = len(positions) <= _MOST_SHORT_POINTS
     indices = [
         faces.astype(np.uint16 if short else np.uint32)
@@ -59,8 +84,16 @@ def to_glb(body: Body, extras: Mapping[str, object] | None = None) -> bytes:
     binary = _Binary()
     attributes = {
         "POSITION": binary.add(positions, _FLOAT, "VEC3", _VERTICES, bounds=True),
-        "NORMAL": binary.add(dressed.normals.astype(np.float32), _FLOAT, "VEC3", _VERTICES),
+        "NORMAL": binary.add(_rounded(dressed.normals, _NORMAL_GRAIN), _FLOAT, "VEC3", _VERTICES),
     }
+    mesh: dict[str, object] = {"name": "Avatar"}
+    targets = []
+    if morphs is not None:
+        targets = _targets(body, morphs, binary)
+        mesh |= {
+            "weights": [0.0] * len(targets),
+            "extras": live_extras(morphs, measured or MeasurementSet({})),
+        }
     materials = [
         _material(name, colour)
         for name, colour, faces in (
@@ -70,12 +103,13 @@ def to_glb(body: Body, extras: Mapping[str, object] | None = None) -> bytes:
         if len(faces)
     ]
     component = _UNSIGNED_SHORT if short else _UNSIGNED_INT
-    primitives = [
+    mesh["primitives"] = [
         {
             "attributes": attributes,
             "indices": binary.add(faces.ravel(), component, "SCALAR", _INDICES),
             "material": material,
             "mode": _TRIANGLES,
+            **({"targets": targets} if targets else {}),
         }
         for material, faces in enumerate(indices)
     ]
@@ -87,7 +121,7 @@ def to_glb(body: Body, extras: Mapping[str, object] | None = None) -> bytes:
         "scene": 0,
         "scenes": [{"name": "Avatar", "nodes": [0]}],
         "nodes": [{"name": "Avatar", "mesh": 0}],
-        "meshes": [{"name": "Avatar", "primitives": primitives}],
+        "meshes": [mesh],
         "materials": materials,
         "accessors": binary.accessors,
         "bufferViews": binary.views,
@@ -95,6 +129,65 @@ def to_glb(body: Body, extras: Mapping[str, object] | None = None) -> bytes:
     }
     text = json.dumps(document, separators=(",", ":"), allow_nan=False).encode()
     return _container(text, bytes(binary.data))
+
+
+def live_extras(morphs: MorphTargets, measured: MeasurementSet) -> dict[str, object]:
+    """What the mesh says of its morph targets (`mesh.extras`), SI units throughout.
+
+    - `targetNames`: the entered measurements, a target each.
+    - `targets`: of each its `name`, `unit`, `value` on this body and `step`: a value x is shown by
+      the weight (x - value) / step.
+    - `soles`: the vertices of which one may come to be the lowest. As much as the lowest of them
+      then lies above or below the floor, the body is to be moved down or up.
+    - `measurements`: of each measurement of the table its `name`, `unit`, `value` on this body and
+      `slopes`, one for each target: it becomes value + Σ slope · (x - target's value).
+    """
+    return {
+        "targetNames": list(morphs.names),
+        "targets": [
+            {
+                "name": name,
+                "unit": MEASUREMENTS[name].unit,
+                "value": _number(value),
+                "step": _number(step),
+            }
+            for name, value, step in zip(morphs.names, morphs.values, morphs.steps, strict=True)
+        ],
+        "soles": morphs.soles.tolist(),
+        "measurements": [
+            {
+                "name": name,
+                "unit": MEASUREMENTS[name].unit,
+                "value": _number(measured[name]),
+                "slopes": [_number(slope) for slope in slopes],
+            }
+            for name, slopes in zip(TAKEN, morphs.slopes, strict=True)
+            if name in measured
+        ],
+    }
+
+
+def _targets(body: Body, morphs: MorphTargets, binary: _Binary) -> list[dict[str, int]]:
+    """The morph targets, with normals: without them light would stay as on the unchanged body."""
+    positions, normals = dressed_moves(body, morphs.moves)
+    return [
+        {
+            "POSITION": binary.add(
+                _rounded(moves, _MOVE_GRAIN), _FLOAT, "VEC3", _VERTICES, bounds=True
+            ),
+            "NORMAL": binary.add(_rounded(turns, _TURN_GRAIN), _FLOAT, "VEC3", _VERTICES),
+        }
+        for moves, turns in zip(positions, normals, strict=True)
+    ]
+
+
+def _rounded(values: Floats, grain: float) -> NDArray[np.float32]:
+    """Values as multiples of a grain; a zero has no sign, so that all zeros are alike."""
+    return (np.round(values / grain) * grain + 0.0).astype(np.float32)
+
+
+def _number(value: float) -> float:
+    return float(f"{value:.{_DIGITS}g}")
 
 
 class _Binary:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,13 +50,33 @@ class ShapeBasis:
         -------
         ndarray of shape (B, V, 3), metres; soles at Y = 0, centred at X = 0.
         """
-        moved = coefficients.astype(np.float32) @ self.directions
-        half = self.mean + moved.reshape(len(moved), -1, 3)
-        bodies = np.empty((len(half), len(self.mirror), 3))
-        bodies[:, self.mirror[self.half]] = half * [-1, 1, 1]
-        bodies[:, self.half] = half
+        bodies = self._whole(self.mean + self._half_moves(coefficients))
         bodies[..., 1] -= bodies[..., 1].min(axis=1, keepdims=True)
         return bodies
+
+    def moves(self, changes: Floats) -> Floats:
+        """How vertices move where coefficients change, not yet put on the floor again.
+
+        Parameters
+        ----------
+        changes : ndarray of shape (n, K).
+
+        Returns
+        -------
+        ndarray of shape (n, V, 3), metres.
+        """
+        return self._whole(self._half_moves(changes))
+
+    def _half_moves(self, changes: Floats) -> NDArray[np.float32]:
+        moved: NDArray[np.float32] = changes.astype(np.float32) @ self.directions
+        return moved.reshape(len(moved), -1, 3)
+
+    def _whole(self, half: NDArray[np.floating[Any]]) -> Floats:
+        """Both sides from the kept one: (n, H, 3) to (n, V, 3)."""
+        whole = np.empty((len(half), len(self.mirror), 3))
+        whole[:, self.mirror[self.half]] = half * [-1, 1, 1]
+        whole[:, self.half] = half
+        return whole
 
     def by_coefficients(self, gradients: Sequence[Gradient]) -> Floats:
         """Derivatives by vertices chained to derivatives by coefficients.

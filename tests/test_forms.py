@@ -114,10 +114,12 @@ def test_a_value_that_cannot_be_is_refused_at_its_field(document, field, code):
     assert faults_of(document) == {(field, code)}
 
 
-def test_morph_targets_are_refused_until_there_are_any():
-    read_document(WOMAN | {"morph_targets": False}, FILE_MEMBERS, LIMITS)
-    fault = ("morph_targets", "not_available")
-    assert faults_of(WOMAN | {"morph_targets": True}, FILE_MEMBERS) == {fault}
+def test_morph_targets_are_for_files():
+    for wanted in (False, True):
+        document = WOMAN | {"morph_targets": wanted}
+        assert read_document(document, FILE_MEMBERS, LIMITS).morph_targets is wanted
+    assert not read_document(WOMAN, FILE_MEMBERS, LIMITS).morph_targets
+    assert faults_of(WOMAN | {"morph_targets": True}) == {("morph_targets", "unknown_member")}
 
 
 def test_members_of_a_picture_are_unknown_to_the_others():

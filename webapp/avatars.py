@@ -2,7 +2,7 @@
 
 import functools
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from flask import (
     Blueprint,
@@ -12,6 +12,7 @@ from flask import (
     flash,
     redirect,
     render_template,
+    request,
     session,
     url_for,
 )
@@ -22,6 +23,7 @@ from model.cameras import Side
 from model.estimators import Estimator
 from model.gltf import to_glb
 from model.measurements import MEASUREMENTS, BodyKind, MeasurementSet
+from model.morph_targets import morph_targets
 from model.rendering import RenderingUnavailable, render_png
 from model.tape_fit import fit_to_tape
 from model.template_mesh import Body
@@ -129,7 +131,11 @@ def glb(avatar: Avatar) -> Response:
             row.name: {"asked": row.asked, "taken": round(row.taken, 5)} for row in rows(avatar)
         },
     }
-    response = Response(to_glb(avatar.body, extras), mimetype="model/gltf-binary")
+    morphs = None
+    if avatar.wanted.morph_targets:
+        morphs = morph_targets(avatar.estimator, avatar.body, avatar.wanted.asked)
+    content = to_glb(avatar.body, extras, measured=avatar.measured.values, morphs=morphs)
+    response = Response(content, mimetype="model/gltf-binary")
     response.headers.set("Content-Disposition", "attachment", filename="avatar.glb")
     return response
 
@@ -202,8 +208,8 @@ def page() -> str | AnyResponse:
 
 @bp.get("/avatar.glb")
 def file() -> Response:
-    """The body as a file."""
-    return glb(_shown())
+    """The body as a file; with `?live=1`, the one that the page's preview bends."""
+    return glb(_shown(morph_targets=request.args.get("live") == "1"))
 
 
 @bp.get("/avatar/<any(front, profile):side>.png")
@@ -220,10 +226,11 @@ def _wanted() -> AvatarRequest | None:
         return None
 
 
-def _shown() -> Avatar:
+def _shown(*, morph_targets: bool = False) -> Avatar:
     """The avatar of the session; without one, there is nothing here."""
+    wanted = _wanted() or abort(404)
     try:
-        return make_avatar(_wanted() or abort(404))
+        return make_avatar(replace(wanted, morph_targets=morph_targets))
     except Refused:
         abort(404)
 

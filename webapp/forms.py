@@ -54,6 +54,7 @@ class AvatarRequest:
     units: Units
     asked: MeasurementSet
     fit: Fit = "tape"
+    morph_targets: bool = False
     silhouette: bool = False
     camera: Camera = field(default_factory=Camera)
     facing: Literal["right", "left"] = "right"
@@ -162,9 +163,7 @@ def read_document(
     fit = cast(Fit, _choice(document, "fit", FITS, FITS[0], faults))
     facing = _choice(document, "facing", ("right", "left"), "right", faults)
     silhouette = _flag(document, "silhouette", faults)
-    if _flag(document, "morph_targets", faults):
-        message = "Files with morph targets are not offered yet."
-        faults.append(Refusal("morph_targets", "not_available", message))
+    morph_targets = _flag(document, "morph_targets", faults)
     camera = _camera(document.get("camera", {}), faults)
     asked = _asked(document, chosen, limits.get(cast(BodyKind, body)), faults)
     if faults:
@@ -174,6 +173,7 @@ def read_document(
         units=chosen,
         asked=MeasurementSet(asked),
         fit=fit,
+        morph_targets=morph_targets,
         silhouette=silhouette,
         camera=camera,
         facing=cast(Literal["right", "left"], facing),

@@ -122,7 +122,15 @@ def _schemas() -> dict[str, Schema]:
             "description": "In profile: the side of the picture that the person faces.",
         },
     }
-    morphs = {"morph_targets": {"const": False, "default": False}}
+    morphs = {
+        "morph_targets": {
+            "type": "boolean",
+            "default": False,
+            "description": "Whether the mesh carries a morph target for each entered measurement: "
+            "how the linear estimate changes with it. `mesh.extras.targetNames` names them; "
+            "`mesh.extras` says what weight shows what value, and what all measurements become.",
+        }
+    }
     needed = ["body", "measurements"]
     return {
         "AvatarRequest": _object(asked, required=needed),
