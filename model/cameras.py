@@ -75,6 +75,21 @@ class Projection:
         return np.column_stack([self.column + self.focal * across, self.row - self.focal * up])
 
 
+def seen(points: Floats, side: Side, camera: Camera, facing: Facing = "right") -> Floats:
+    """Where points fall on the upright plane through the body's axis, as the camera sees them.
+
+    Parameters
+    ----------
+    points : ndarray of shape (n, 3), metres.
+
+    Returns
+    -------
+    ndarray of shape (n, 2), metres: to the picture's right of the axis, and above the floor.
+    """
+    across, up = _slopes(points, camera, *axes(side, facing))
+    return np.column_stack([camera.distance * across, camera.height + camera.distance * up])
+
+
 def project(
     vertices: Floats,
     side: Side,
@@ -87,9 +102,9 @@ def project(
 
     Front and profile have one scale, the larger that both fit into the frame with.
     """
-    axes = {name: _axes(name, facing) for name in ("front", "profile")}
+    ways = {name: axes(name, facing) for name in ("front", "profile")}
     spans = {}
-    for name, (right, towards) in axes.items():
+    for name, (right, towards) in ways.items():
         across, up = _slopes(vertices, camera, right, towards)
         spans[name] = across.min(), across.max(), up.min(), up.max()
     width, height = size
@@ -101,14 +116,14 @@ def project(
     least, most, bottom, top = spans[side]
     return Projection(
         camera,
-        *axes[side],
+        *ways[side],
         focal=float(focal),
         column=float(width / 2 - focal * (least + most) / 2),
         row=float(height / 2 + focal * (bottom + top) / 2),
     )
 
 
-def _axes(side: str, facing: Facing) -> tuple[Floats, Floats]:
+def axes(side: str, facing: Facing) -> tuple[Floats, Floats]:
     """The picture's right and the way towards the camera, in the body's axes."""
     if side == "front":
         return np.array([1.0, 0, 0]), np.array([0, 0, 1.0])

@@ -104,6 +104,7 @@ def render_png(
     silhouette: bool = False,
     camera: Camera = USUAL_CAMERA,
     facing: Facing = "right",
+    projection: Projection | None = None,
 ) -> bytes:
     """A picture of the body in its plain underwear, as the bytes of a PNG file.
 
@@ -115,6 +116,7 @@ def render_png(
     silhouette : the body's outline instead, filled: white on black, and nothing between
     camera : Camera
     facing : the picture's side that a person in profile looks to
+    projection : where points fall, in place of camera and facing
 
     Raises
     ------
@@ -122,7 +124,8 @@ def render_png(
         If this machine lacks OSMesa; the message says what is missing.
     """
     dressed = dress(body)
-    projection = project(dressed.positions, side, size=size, camera=camera, facing=facing)
+    if projection is None:
+        projection = project(dressed.positions, side, size=size, camera=camera, facing=facing)
     if silhouette:
         return _png(_silhouette(dressed, projection, size))
     return _png(_picture(dressed, projection, size))

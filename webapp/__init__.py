@@ -22,7 +22,7 @@ from werkzeug.wrappers import Response
 from model.estimators import load_estimators
 from model.rendering import RenderingUnavailable
 from model.template_mesh import DATA
-from webapp import api, avatars, units, wizard
+from webapp import api, avatars, comparisons, units, wizard
 from webapp.forms import Refused
 
 if TYPE_CHECKING:
@@ -132,10 +132,12 @@ def create_app(settings: Mapping[str, Any] | None = None) -> Flask:
     app.json = InTheirOrder(app)
 
     app.extensions["estimators"] = load_estimators(Path(app.config["FITTING_ROOM_DATA"]))
+    app.request_class = comparisons.InMemory
+    app.before_request(comparisons.make_room)  # Before the token of a form is looked for.
     csrf = CSRFProtect(app)
     csrf.exempt(api.bp)
     limiter = Limiter(get_remote_address, app=app)
-    for blueprint in (wizard.bp, avatars.bp, api.bp):
+    for blueprint in (wizard.bp, avatars.bp, comparisons.bp, api.bp):
         app.register_blueprint(blueprint)
     app.add_url_rule("/healthz", view_func=limiter.exempt(health))
 

@@ -5,14 +5,15 @@ from collections.abc import Sequence
 from typing import Any
 
 from flask import Blueprint, Response, abort, jsonify, request
-from werkzeug.exceptions import HTTPException, UnprocessableEntity
+from werkzeug.exceptions import HTTPException, UnprocessableEntity, default_exceptions
 
 from model.cameras import Side
 from model.measurements import BODY_KINDS, MEASUREMENTS, MeasurementSet
-from webapp import openapi, units
+from webapp import comparisons, openapi, units
 from webapp.avatars import Avatar, glb, limits, make_avatar, picture, rows
 from webapp.forms import (
     BODY_MEMBERS,
+    COMPARISON_MEMBERS,
     FILE_MEMBERS,
     PICTURE_MEMBERS,
     AvatarRequest,
@@ -73,6 +74,30 @@ def avatar_picture(side: Side) -> Response:
     return picture(make_avatar(_wanted(PICTURE_MEMBERS)), side)
 
 
+@bp.post("/comparisons")
+def comparison() -> Response:
+    """Outlines of a person beside a body, view by view."""
+    if request.mimetype != "multipart/form-data":
+        abort(415, "The request's content type must be multipart/form-data.")
+    unknown = {*request.form, *request.files} - {"avatar", *comparisons.SIDES}
+    if unknown:
+        message = "Not known here. Allowed: avatar, front, profile."
+        raise Refused([Refusal(str(name), "unknown_member", message) for name in sorted(unknown)])
+    if "avatar" in request.files:
+        content = request.files["avatar"].read()
+    elif "avatar" in request.form:
+        content = request.form["avatar"].encode()
+    else:
+        message = "The part avatar, a JSON object, is needed."
+        raise Refused([Refusal("avatar", "required", message)])
+    if len(content) > comparisons.MOST_DOCUMENT:
+        abort(413)
+    wanted = _read(content, COMPARISON_MEMBERS)
+    masks = comparisons.masks_sent()
+    views = comparisons.compare_all(make_avatar(wanted), masks)
+    return jsonify({side: comparisons.document(view) for side, view in views.items()})
+
+
 @bp.get("/openapi.json")
 def description() -> Response:
     """The API in OpenAPI's words."""
@@ -101,6 +126,9 @@ def problem(error: HTTPException, faults: Sequence[Refusal] = ()) -> Response:
 
 def refused(error: Refused) -> Response:
     """A request that cannot be met, fault by fault."""
+    if isinstance(error, comparisons.PicturesRefused):
+        kind = default_exceptions[error.status]
+        return problem(kind("Some pictures cannot be used."), error.faults)
     return problem(UnprocessableEntity("Some values cannot be used."), error.faults)
 
 
@@ -111,11 +139,16 @@ def _wanted(members: Sequence[str]) -> AvatarRequest:
     content = request.get_data()
     if request.content_length is None and len(content) == request.max_content_length:
         abort(413)  # A body that comes in chunks is cut at the limit without a word.
+    return _read(content, members)
+
+
+def _read(content: bytes, members: Sequence[str]) -> AvatarRequest:
+    """What a JSON document asks for."""
     try:
         # Integers are read as floats too: Python refuses to read very long ones.
         document = json.loads(content, parse_int=float)
     except (ValueError, RecursionError):
-        abort(400, "The request's body is not JSON.")
+        abort(400, "What should be JSON is not.")
     return read_document(document, members, limits())
 
 

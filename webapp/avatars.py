@@ -180,7 +180,7 @@ def why_no_pictures() -> str:
 @bp.get("/avatar")
 def page() -> str | AnyResponse:
     """The body of the measurements in the session."""
-    wanted = _wanted()
+    wanted = shown_request()
     if wanted is None:
         flash(LOOK_AGAIN if session.get("typed") else BEGIN_HERE)
         return redirect(url_for("wizard.form"), 303)
@@ -218,7 +218,7 @@ def side(side: Side) -> Response:
     return picture(_shown(), side)
 
 
-def _wanted() -> AvatarRequest | None:
+def shown_request() -> AvatarRequest | None:
     """What the session's answers ask for; None where they make no request."""
     try:
         return Typed.of(session.get("typed", {})).read(limits())
@@ -228,7 +228,7 @@ def _wanted() -> AvatarRequest | None:
 
 def _shown(*, morph_targets: bool = False) -> Avatar:
     """The avatar of the session; without one, there is nothing here."""
-    wanted = _wanted() or abort(404)
+    wanted = shown_request() or abort(404)
     try:
         return make_avatar(replace(wanted, morph_targets=morph_targets))
     except Refused:

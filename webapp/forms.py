@@ -23,6 +23,7 @@ FORM = tuple(name for name, row in MEASUREMENTS.items() if row.in_wizard)
 BODY_MEMBERS = ("body", "units", "measurements", "fit")
 FILE_MEMBERS = (*BODY_MEMBERS, "morph_targets")
 PICTURE_MEMBERS = (*BODY_MEMBERS, "silhouette", "camera", "facing")
+COMPARISON_MEMBERS = PICTURE_MEMBERS
 
 Fit = Literal["tape", "linear"]
 FITS: tuple[Fit, Fit] = get_args(Fit)

@@ -2,7 +2,10 @@
 
 from typing import Any
 
+from model.masks import LEAST_HEIGHT, MOST_ACROSS, MOST_BYTES, MOST_PIXELS
 from model.measurements import BODY_KINDS, MEASUREMENTS
+from model.silhouette import LEVELS
+from webapp.comparisons import SIDES
 from webapp.forms import CAMERA_LIMITS, FITS
 from webapp.units import SYMBOLS, UNITS
 
@@ -60,6 +63,7 @@ def document() -> Schema:
                 }
                 for side, words in (("front", "seen from the front"), ("profile", "from the side"))
             },
+            "/api/v1/comparisons": {"post": _comparison_operation()},
             "/api/v1/openapi.json": {
                 "get": _operation(
                     "describe",
@@ -136,6 +140,54 @@ def _schemas() -> dict[str, Schema]:
         "AvatarRequest": _object(asked, required=needed),
         "AvatarFileRequest": _object(asked | morphs, required=needed),
         "PictureRequest": _object(asked | drawn, required=needed),
+        "ComparisonRequest": _object(asked | drawn, required=needed),
+        "Comparison": {
+            **_object({side: _ref("ComparedView") for side in SIDES}, required=[]),
+            "minProperties": 1,
+        },
+        "ComparedView": _object(
+            {
+                "iou": {
+                    "type": "number",
+                    "minimum": 0,
+                    "maximum": 1,
+                    "description": "What both outlines have in common, as a share of what either "
+                    "has. Arms are left out: the avatar's, the photo's where they stand off the "
+                    "trunk, and whatever lies beside the trunk where they do not.",
+                },
+                "mean_outline_distance_cm": {
+                    "type": "number",
+                    "minimum": 0,
+                    "description": "How far the judged outlines are from one another.",
+                },
+                "levels": {
+                    "type": "array",
+                    "items": _ref("Level"),
+                    "description": "From the top down. A level that an arm hides, or at which "
+                    "legs do not stand apart, is left out.",
+                },
+                "overlay_png": {
+                    "type": "string",
+                    "pattern": "^data:image/png;base64,",
+                    "description": "The avatar, filled, with the photo's outline over it.",
+                },
+            }
+        ),
+        "Level": _object(
+            {
+                "measurement": {
+                    "enum": list(dict.fromkeys(name for side in SIDES for name in LEVELS[side])),
+                    "description": "The girth at whose height it is.",
+                },
+                "photo_cm": {
+                    **positive,
+                    "description": "Breadth (front) or depth (profile) there, as seen on the "
+                    "upright plane through the body's axis; of legs from the front, one's. In "
+                    "centimetres, whatever the units.",
+                },
+                "avatar_cm": positive,
+            }
+        ),
         "Measurement": _object(
             {
                 **row,
@@ -246,6 +298,50 @@ def _avatar_operation(
     operation["requestBody"] = {
         "required": True,
         "content": {"application/json": {"schema": _ref(request)}},
+    }
+    return operation
+
+
+def _comparison_operation() -> Schema:
+    picture = {
+        "type": "string",
+        "contentMediaType": "image/png",
+        "description": "An outline of one person standing upright, whole, light on dark or with "
+        f"an alpha channel: PNG or JPEG, up to {MOST_BYTES} bytes, {MOST_PIXELS} pixels and "
+        f"{MOST_ACROSS} along a side, the person {LEAST_HEIGHT} pixels high at least.",
+    }
+    operation = _operation(
+        "compare",
+        "Outlines of a person, front, profile or both, beside the avatar as the photo's camera "
+        "sees it. In profile the person may face either side. No picture is kept.",
+        _answer("Each view that was sent.", "application/json", _ref("Comparison")),
+        {
+            "400": _problem("The part avatar is not JSON, or the body is broken."),
+            "413": _problem("A picture (`too_large`) or the whole body is too large."),
+            "415": _problem(
+                "The content type is not multipart/form-data, or a picture is none of the allowed "
+                "kinds: `wrong_type`, `animated`, `unreadable`."
+            ),
+            "422": _problem(
+                "Values that cannot be, as for an avatar; or a picture that is no outline of one "
+                "standing person: `no_person`, `cut_off`, `several_people`, `too_small`."
+            ),
+        },
+    )
+    operation["requestBody"] = {
+        "required": True,
+        "content": {
+            "multipart/form-data": {
+                "schema": _object(
+                    {"avatar": _ref("ComparisonRequest"), **dict.fromkeys(SIDES, picture)},
+                    required=["avatar"],
+                ),
+                "encoding": {
+                    "avatar": {"contentType": "application/json"},
+                    **{side: {"contentType": "image/png, image/jpeg"} for side in SIDES},
+                },
+            }
+        },
     }
     return operation
 

@@ -1,0 +1,237 @@
+"""Comparing outlines: the page and the API."""
+
+import base64
+import io
+import json
+
+import numpy as np
+import pytest
+from conftest import text
+from PIL import Image
+from werkzeug.datastructures import FileStorage
+from werkzeug.test import encode_multipart
+
+from webapp.comparisons import ROOM
+
+PERSON = {
+    "body": "male",
+    "measurements": {"stature": 178, "weight": 80, "waist_girth": 88, "hip_girth": 100},
+}
+TYPED = {"body": "male", "units": "metric", "stature": "178", "weight": "80"}
+
+
+def outline(client, side, person=PERSON, **drawing):
+    """A body's outline as the API draws it: a PNG file."""
+    document = person | {"silhouette": True} | drawing
+    return client.post(f"/api/v1/avatars/{side}.png", json=document).data
+
+
+def send(client, avatar=PERSON, path="/api/v1/comparisons", **pictures):
+    """Sends parts as other programs do: the JSON as a file of its type, too."""
+    data = {
+        side: FileStorage(io.BytesIO(content), f"{side}.png", content_type="image/png")
+        for side, content in pictures.items()
+    }
+    if avatar is not None:
+        content = avatar if isinstance(avatar, bytes) else json.dumps(avatar).encode()
+        data["avatar"] = FileStorage(
+            io.BytesIO(content), "avatar.json", content_type="application/json"
+        )
+    # Encoded here: the test client writes what is large into a file.
+    boundary, body = encode_multipart(data)
+    return client.post(path, data=body, content_type=f"multipart/form-data; boundary={boundary}")
+
+
+def faults(response):
+    return {(fault["field"], fault["code"]) for fault in response.json["errors"]}
+
+
+def picture(data):
+    assert data.startswith("data:image/png;base64,")
+    return Image.open(io.BytesIO(base64.b64decode(data.partition(",")[2])))
+
+
+def test_the_avatars_own_outline_is_the_same(client):
+    pictures = {side: outline(client, side) for side in ("front", "profile")}
+    answer = send(client, **pictures).json
+    assert list(answer) == ["front", "profile"]
+    for view in answer.values():
+        assert set(view) == {"iou", "mean_outline_distance_cm", "levels", "overlay_png"}
+        assert view["iou"] > 0.985
+        assert view["mean_outline_distance_cm"] < 0.1
+        for level in view["levels"]:
+            assert level["photo_cm"] == pytest.approx(level["avatar_cm"], abs=0.25), level
+        assert picture(view["overlay_png"]).height > 900
+    for side, least in (("front", 7), ("profile", 10)):
+        names = [level["measurement"] for level in answer[side]["levels"]]
+        assert len(names) >= least
+        assert "waist_girth" in names
+
+
+def test_it_is_seen_by_the_photos_camera_and_from_either_side(client):
+    camera = {"distance": 1.8, "height": 1.4}
+    profile = outline(client, "profile", camera=camera, facing="left")
+    right = send(client, PERSON | {"camera": camera}, profile=profile).json["profile"]
+    wrong = send(client, profile=profile).json["profile"]
+    assert right["iou"] > 0.985
+    assert right["iou"] > wrong["iou"] + 0.01
+
+
+def test_a_jpeg_and_a_plain_field_are_read_too(client):
+    stream = io.BytesIO()
+    Image.open(io.BytesIO(outline(client, "front"))).convert("L").save(stream, "JPEG")
+    data = {"avatar": json.dumps(PERSON), "front": (io.BytesIO(stream.getvalue()), "front.jpg")}
+    answer = client.post("/api/v1/comparisons", data=data, content_type="multipart/form-data")
+    assert answer.json["front"]["iou"] > 0.98
+
+
+def test_a_broader_waist_is_told_in_the_waists_level(client):
+    stout = PERSON | {"measurements": PERSON["measurements"] | {"waist_girth": 97}}
+    pictures = {side: outline(client, side, stout) for side in ("front", "profile")}
+    for view in send(client, **pictures).json.values():
+        levels = {level["measurement"]: level for level in view["levels"]}
+        waist = levels["waist_girth"]
+        assert waist["photo_cm"] - waist["avatar_cm"] > 1
+        calf = levels["calf_girth"]
+        assert calf["photo_cm"] == pytest.approx(calf["avatar_cm"], abs=0.5)
+
+
+def test_levels_are_in_centimetres_in_all_units(client):
+    inches = {"stature": 70, "weight": 176, "waist_girth": 34.6, "hip_girth": 39.4}
+    person = {"body": "male", "units": "imperial", "measurements": inches}
+    front = send(client, person, front=outline(client, "front", person)).json["front"]
+    waist = next(level for level in front["levels"] if level["measurement"] == "waist_girth")
+    assert 25 < waist["avatar_cm"] < 36
+
+
+def test_requests_that_lack_something_are_refused(client):
+    front = outline(client, "front")
+    assert faults(send(client)) == {("front", "required")}
+    assert faults(send(client, None, front=front)) == {("avatar", "required")}
+    assert faults(send(client, front=front, back=front)) == {("back", "unknown_member")}
+    assert faults(send(client, {"body": "male"}, front=front)) == {("measurements", "required")}
+    assert send(client, b"{", front=front).status_code == 400
+    assert send(client, b" " * 70_000, front=front).status_code == 413
+    assert client.post("/api/v1/comparisons", json=PERSON).status_code == 415
+
+
+@pytest.mark.parametrize(
+    ("spoil", "status", "code"),
+    [
+        (lambda front: b"<svg/>", 415, "wrong_type"),
+        (lambda front: front[: len(front) // 2], 415, "unreadable"),
+        (lambda front: front + bytes(5 * 2**20), 413, "too_large"),
+        (lambda front: file_of(np.zeros((900, 500), np.uint8)), 422, "no_person"),
+        (lambda front: file_of(pixels(front)[:900]), 422, "cut_off"),
+        (lambda front: file_of(np.hstack([pixels(front)] * 2)), 422, "several_people"),
+        (lambda front: file_of(pixels(front)[::5, ::5]), 422, "too_small"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_what_is_no_outline_is_refused_by_name(client, spoil, status, code):
+    response = send(client, front=spoil(outline(client, "front")))
+    assert response.status_code == response.json["status"] == status
+    assert faults(response) == {("front", code)}
+    assert response.mimetype == "application/problem+json"
+
+
+def pixels(content):
+    return np.asarray(Image.open(io.BytesIO(content)).convert("L"))
+
+
+def file_of(array):
+    stream = io.BytesIO()
+    Image.fromarray(array).save(stream, "PNG")
+    return stream.getvalue()
+
+
+def test_too_much_at_once_is_refused(client):
+    content = bytes(ROOM)
+    assert send(client, front=content, profile=content).status_code == 413
+    chunked = client.post(
+        "/api/v1/comparisons",
+        input_stream=io.BytesIO(b"--x\r\n" + bytes(ROOM + 100)),
+        content_type="multipart/form-data; boundary=x",
+        environ_overrides={"wsgi.input_terminated": True},
+    )
+    assert chunked.status_code == 413
+    assert send(client, path="/api/v1/avatars", front=bytes(100_000)).status_code in (413, 415)
+
+
+@pytest.fixture
+def shopper(client):
+    """A client whose form is filled in."""
+    client.send(**TYPED)
+    return client
+
+
+def answered(shopper, path="/compare", **parts):
+    shopper.get(path)
+    token = shopper.page.find(".//input[@name='csrf_token']").get("value")
+    data = {
+        name: (io.BytesIO(part), f"{name}.png") if isinstance(part, bytes) else part
+        for name, part in parts.items()
+    }
+    return shopper.post(path, data={"csrf_token": token} | data, headers=JSON)
+
+
+JSON = {"Accept": "application/json"}
+
+
+def test_the_page_needs_measurements(client):
+    assert client.get("/compare").location == "/"
+
+
+def test_the_pages_script_gets_all_that_it_shows(shopper):
+    person = {"body": "male", "measurements": {"stature": 178, "weight": 80}}
+    front = outline(shopper, "front", person)
+    response = answered(shopper, front=front)
+    assert response.status_code == 200
+    view = response.json["front"]
+    assert view["iou"] > 0.985
+    sizes = {picture(view[f"{name}_png"]).size for name in ("overlay", "difference", "photo")}
+    assert sizes == {(view["width"], view["height"])} == {picture(view["avatar_png"]).size}
+    assert {reason["code"] for reason in response.json["reasons"]} >= {"clothes", "hair", "breath"}
+    # The avatar lies where the outline does, and both lie where the photo says.
+    drawn = np.asarray(picture(view["avatar_png"]).convert("RGB")).std(axis=2) > 4
+    inside = np.asarray(picture(view["photo_png"]).convert("RGBA"))[:, :, 3] > 0
+    assert (drawn & inside).sum() > 0.97 * (drawn | inside).sum()
+    place = view["place"]
+    rows = np.flatnonzero(inside.any(axis=1))
+    found = np.flatnonzero(pixels(front).max(axis=1) > 127)
+    assert place["top"] + place["scale"] * rows[0] == pytest.approx(found[0], abs=2)
+    assert place["top"] + place["scale"] * rows[-1] == pytest.approx(found[-1], abs=2)
+
+
+def test_without_a_script_the_page_shows_the_comparison(shopper):
+    front = outline(shopper, "front", {"body": "male", "measurements": {"stature": 178}})
+    shopper.get("/compare")
+    token = shopper.page.find(".//input[@name='csrf_token']").get("value")
+    data = {"csrf_token": token, "front": (io.BytesIO(front), "front.png")}
+    assert shopper.post("/compare", data=data).status_code == 200
+    assert "Waist" in text(shopper.page.find(".//table"))
+    data = {"csrf_token": token, "front": (io.BytesIO(b"no"), "front.png")}
+    assert shopper.post("/compare", data=data).status_code == 415
+    assert "PNG or JPEG" in text(shopper.page.find(".//main"))
+
+
+def test_the_camera_is_told_in_the_shoppers_units(shopper):
+    camera = {"distance": 2, "height": 1.5}
+    person = {"body": "male", "measurements": {"stature": 178, "weight": 80}}
+    front = outline(shopper, "front", person, camera=camera)
+    right, wrong = (
+        answered(shopper, front=front, camera_distance=distance, camera_height="150").json
+        for distance in ("2 m", "")
+    )
+    assert right["front"]["iou"] > wrong["front"]["iou"]
+    refused = answered(shopper, front=front, camera_distance="99", camera_height="high")
+    assert faults(refused) == {
+        ("camera_distance", "out_of_range"),
+        ("camera_height", "not_a_number"),
+    }
+
+
+def test_a_page_without_its_token_is_not_answered(site):
+    guarded = site.test_client()
+    guarded.send(**TYPED)
+    assert guarded.post("/compare", data={}).status_code == 400

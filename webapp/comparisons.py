@@ -1,0 +1,307 @@
+"""A shopper's photos beside the avatar: the page, and what it and the API answer.
+
+Only outlines come here, as black and white pictures, and none is kept: a request's files are held
+in memory until it is answered.
+"""
+
+import base64
+import io
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import IO, Any
+
+from flask import Blueprint, Request, Response, jsonify, redirect, render_template, request, url_for
+from werkzeug.wrappers import Response as AnyResponse
+
+from model.cameras import Camera, Side
+from model.comparison_pictures import difference, filled, overlay, projection
+from model.masks import MOST_ACROSS, MOST_BYTES, MOST_PIXELS, Mask, PictureRefusedError, read_mask
+from model.measurements import MEASUREMENTS
+from model.rendering import RenderingUnavailable, render_png
+from model.silhouette import Comparison, compare
+from webapp import units
+from webapp.avatars import Avatar, make_avatar, shown_request
+from webapp.forms import CAMERA_LIMITS, AvatarRequest, Refusal, Refused
+from webapp.units import Units
+
+SIDES: tuple[Side, ...] = ("front", "profile")
+
+MOST_DOCUMENT = 64 * 1024
+"""Bytes of the part that asks for the avatar, as of any other request."""
+
+ROOM = len(SIDES) * MOST_BYTES + 2 * MOST_DOCUMENT
+"""Bytes of a request with pictures."""
+
+STATUS: Mapping[str, int] = {
+    "wrong_type": 415,
+    "animated": 415,
+    "unreadable": 415,
+    "too_large": 413,
+}
+"""What a picture is refused with; 422 where it is a picture, but of no person standing alone."""
+
+WORDS: Mapping[str, str] = {
+    "wrong_type": "A PNG or JPEG picture is needed here.",
+    "animated": "A picture that stands still is needed here.",
+    "unreadable": "This picture is broken or has not arrived whole. Please send it again.",
+    "too_large": f"Pictures up to {MOST_BYTES // 2**20} MB, {MOST_ACROSS} pixels along a side and "
+    f"{MOST_PIXELS // 10**6} million pixels in all can be read.",
+    "no_person": "We found no outline of a standing person here: light on dark, or cut out.",
+    "cut_off": "The person is not all in the picture. Leave some space around head and feet.",
+    "several_people": "There seems to be more than one person or thing in the picture.",
+    "too_small": "The person is too small in the picture. Come nearer, or send it larger.",
+}
+
+REASONS: tuple[tuple[str, str, str], ...] = (
+    ("clothes", "Clothes", "Loose or thick cloth is wider than the body in it."),
+    ("hair", "Hair", "Hair makes you taller and broader about the head than your body is."),
+    (
+        "stance",
+        "How you stand",
+        "Feet, hips and back rarely stand as the avatar's do; a turn of the body changes widths.",
+    ),
+    ("breath", "Breath", "Breathing in moves chest and belly by one to three centimetres."),
+    (
+        "camera",
+        "The camera",
+        "Nearer, higher, lower or tilted: it sees another outline than the one we drew.",
+    ),
+    ("arms", "Arms", "They are left out, and so is every level that they hide."),
+)
+"""Why a photo and an avatar may differ though nothing is wrong: code, title, words."""
+
+bp = Blueprint("comparisons", __name__)
+
+
+class InMemory(Request):
+    """A request whose files never touch the disk."""
+
+    def _get_file_stream(
+        self,
+        total_content_length: int | None,  # noqa: ARG002 - the signature is Werkzeug's
+        content_type: str | None,  # noqa: ARG002
+        filename: str | None = None,  # noqa: ARG002
+        content_length: int | None = None,  # noqa: ARG002
+    ) -> IO[bytes]:
+        return io.BytesIO()
+
+
+class PicturesRefused(Refused):
+    """Pictures that cannot be compared; `status` is the first one's."""
+
+    def __init__(self, faults: Mapping[str, PictureRefusedError]) -> None:
+        reasons = {field: fault.reason for field, fault in faults.items()}
+        super().__init__(
+            [Refusal(field, reason, WORDS[reason]) for field, reason in reasons.items()]
+        )
+        self.status = STATUS.get(next(iter(reasons.values())), 422)
+
+
+def make_room() -> None:
+    """Let requests with pictures be larger than others."""
+    if request.endpoint in ("api.comparison", "comparisons.answer"):
+        request.max_content_length = ROOM
+
+
+def masks_sent() -> dict[Side, Mask]:
+    """The outlines of the request's pictures.
+
+    Raises
+    ------
+    Refused
+        Without any, or with one that is no outline of one standing person.
+    """
+    masks: dict[Side, Mask] = {}
+    faults: dict[str, PictureRefusedError] = {}
+    for side in SIDES:
+        content = _sent(side)
+        if not content:
+            continue
+        try:
+            masks[side] = read_mask(content)
+        except PictureRefusedError as fault:
+            faults[side] = fault
+    if faults:
+        raise PicturesRefused(faults)
+    if not masks:
+        message = "A picture is needed: front, profile or both."
+        raise Refused([Refusal("front", "required", message)])
+    return masks
+
+
+def compare_all(avatar: Avatar, masks: Mapping[Side, Mask]) -> dict[Side, Comparison]:
+    """Each outline beside the avatar.
+
+    Raises
+    ------
+    Refused
+        Where one has too little in common with any person who stands upright.
+    """
+    found: dict[Side, Comparison] = {}
+    faults: dict[str, PictureRefusedError] = {}
+    for side, mask in masks.items():
+        try:
+            found[side] = compare(mask, avatar.body, side, camera=avatar.wanted.camera)
+        except PictureRefusedError as fault:
+            faults[side] = fault
+    if faults:
+        raise PicturesRefused(faults)
+    return found
+
+
+def document(comparison: Comparison) -> dict[str, Any]:
+    """One view, as the contract has it: centimetres."""
+    return {
+        "iou": round(comparison.iou, 4),
+        "mean_outline_distance_cm": round(100 * comparison.distance, 3),
+        "levels": [
+            {
+                "measurement": level.measurement,
+                "photo_cm": round(100 * level.photo, 2),
+                "avatar_cm": round(100 * level.avatar, 2),
+            }
+            for level in comparison.levels
+        ],
+        "overlay_png": _data(overlay(comparison)),
+    }
+
+
+def shown(comparison: Comparison, avatar: Avatar) -> dict[str, Any]:
+    """One view, as the page needs it: the contract's members and more."""
+    chosen = avatar.wanted.units
+    height, width = comparison.photo.shape
+    left, top, scale = comparison.place
+    view = document(comparison)
+    return view | {
+        "levels": [
+            row
+            | {
+                "label": MEASUREMENTS[level.measurement].label,
+                "photo": round(units.from_si(level.photo, "m", chosen), 2),
+                "avatar": round(units.from_si(level.avatar, "m", chosen), 2),
+                "row": round(comparison.origin[1] - level.height / comparison.step, 1),
+            }
+            for row, level in zip(document(comparison)["levels"], comparison.levels, strict=True)
+        ],
+        "unseen": [MEASUREMENTS[name].label for name in comparison.unseen],
+        "facing": comparison.facing,
+        "width": width,
+        "height": height,
+        "place": {"left": left, "top": top, "scale": scale},
+        "photo_png": _data(filled(comparison.photo)),
+        "avatar_png": _data(_drawn(comparison, avatar)),
+        "difference_png": _data(difference(comparison)),
+    }
+
+
+@bp.get("/compare")
+def page() -> str | AnyResponse:
+    """The page on which photos become outlines."""
+    wanted = shown_request()
+    if wanted is None:
+        return redirect(url_for("wizard.form"), 303)
+    return _page(wanted)
+
+
+@bp.post("/compare")
+def answer() -> Response | AnyResponse | str | tuple[str, int]:
+    """The outlines beside the avatar: as JSON for scripts, as a page for those who have none."""
+    wanted = shown_request()
+    scripted = request.accept_mimetypes.best_match(["text/html", "application/json"])
+    as_json = scripted == "application/json"
+    if wanted is None:
+        if as_json:
+            raise Refused([Refusal("avatar", "required", "Please enter your measurements first.")])
+        return redirect(url_for("wizard.form"), 303)
+    try:
+        wanted = _with_camera(wanted)
+        masks = masks_sent()
+        avatar = make_avatar(wanted)
+        views = {
+            side: shown(comparison, avatar)
+            for side, comparison in compare_all(avatar, masks).items()
+        }
+    except Refused as refused:
+        if as_json:
+            raise
+        return _page(wanted, faults=refused.faults), getattr(refused, "status", 422)
+    if not as_json:
+        return _page(wanted, views=views)
+    reasons = [{"code": code, "title": title, "words": words} for code, title, words in REASONS]
+    return jsonify({"units": wanted.units, "reasons": reasons} | views)
+
+
+def _page(
+    wanted: AvatarRequest,
+    views: Mapping[Side, Mapping[str, Any]] | None = None,
+    faults: tuple[Refusal, ...] = (),
+) -> str:
+    return render_template(
+        "comparisons/compare.html",
+        units=wanted.units,
+        symbol=units.SYMBOLS["m"][wanted.units],
+        views=views or {},
+        faults=faults,
+        messages={fault.field: fault.message for fault in faults},
+        reasons=REASONS,
+        camera=_camera_words(wanted.units),
+    )
+
+
+def _camera_words(chosen: Units) -> dict[str, str]:
+    """The usual camera in the shopper's units, as a form's fields hold it."""
+    usual = Camera()
+    return {
+        name: units.write(units.from_si(value, "m", chosen), 0)
+        for name, value in (("distance", usual.distance), ("height", usual.height))
+    }
+
+
+def _with_camera(wanted: AvatarRequest) -> AvatarRequest:
+    """The same request, seen by the camera that the form tells of."""
+    placed, faults = {}, []
+    for name, (low, high) in CAMERA_LIMITS.items():
+        field = f"camera_{name}"
+        typed = request.form.get(field, "").strip()[:20]
+        if not typed:
+            continue
+        try:
+            value = units.parse(typed, "m", wanted.units)
+        except ValueError:
+            faults.append(Refusal(field, "not_a_number", "We could not read this as a number."))
+            continue
+        if low <= value <= high:
+            placed[name] = value
+        else:
+            least, most = units.range_in(low, high, "m", wanted.units, 0)
+            symbol = units.SYMBOLS["m"][wanted.units]
+            message = f"Between {least:g} and {most:g} {symbol}, please."
+            faults.append(Refusal(field, "out_of_range", message))
+    if faults:
+        raise Refused(faults)
+    return replace(wanted, camera=Camera(**placed))
+
+
+def _sent(side: Side) -> bytes:
+    """The bytes of one picture; none where it was not sent, or a form's field was left empty."""
+    if side in request.files:
+        return request.files[side].read()
+    return request.form.get(side, "").encode()
+
+
+def _drawn(comparison: Comparison, avatar: Avatar) -> bytes:
+    """The avatar as the photo's camera sees it; its outline alone where nothing can be drawn."""
+    height, width = comparison.photo.shape
+    try:
+        return render_png(
+            avatar.body,
+            comparison.side,
+            size=(width, height),
+            projection=projection(comparison),
+        )
+    except RenderingUnavailable:
+        return filled(comparison.avatar)
+
+
+def _data(png: bytes) -> str:
+    return "data:image/png;base64," + base64.b64encode(png).decode()
