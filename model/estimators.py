@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.stats import norm
 from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
 from sklearn.decomposition import PCA
 from sklearn.utils import Tags, assert_all_finite
@@ -21,6 +20,7 @@ from sklearn.utils.validation import check_is_fitted, validate_data
 
 from model.anthropometry import TAKEN
 from model.geometry import Floats
+from model.law import Law
 from model.measurements import BODY_KINDS, MEASUREMENTS, BodyKind, MeasurementSet
 from model.shape_basis import ShapeBasis, load_shape_basis
 from model.template_mesh import DATA, Body, TemplateMesh, load_template_mesh
@@ -253,8 +253,7 @@ class Estimator:
     kind : the kind of body it estimates.
     names : the measurements that it knows, in the order of the learned columns.
     linear : the learned law.
-    log_covariance : ndarray of shape (m, m), of the measurements' logarithms, each body
-        weighted as the survey's people would be.
+    law : how people's measurements go together, by which ranges are reckoned.
     spread : ndarray of shape (K, K), lower triangular: times its own transpose it is the
         covariance of the bodies' coefficients.
     reach : how much further than a normal law's the population's bodies lie from their mean,
@@ -268,7 +267,7 @@ class Estimator:
     kind: BodyKind
     names: tuple[str, ...]
     linear: LinearBodyEstimator
-    log_covariance: Floats
+    law: Law
     spread: Floats
     reach: float
     limits: Mapping[str, tuple[float, float]]
@@ -313,33 +312,37 @@ class Estimator:
         return self.body(self.coefficients(asked))
 
     def ranges(
-        self, asked: MeasurementSet, taken: MeasurementSet
+        self,
+        asked: MeasurementSet,
+        taken: MeasurementSet,
+        *,
+        noise: Mapping[str, float] | None = None,
     ) -> dict[str, tuple[float, float]]:
         """Where four of five people's values lie who share the asked ones.
 
-        Ratios to the taken value are what is alike among slight and heavy people, so that
-        spread is reckoned in logarithms: normal, given those of the asked values. The
-        range of a value that was asked is the taken value itself.
+        The range of a value that was asked is the taken value itself. Another's follows from
+        the law of people, and is widened where needed so that the body's own lies within.
+
+        Parameters
+        ----------
+        noise : by measurement, the standard deviation of an asked value about the true one,
+            SI: of repeated readings, or `model.law.TAPE_NOISE`. Trained hands' by default.
         """
-        known = np.array([name in asked for name in self.names])
-        across = self.log_covariance[:, known]
-        explained = across @ np.linalg.pinv(
-            self.log_covariance[np.ix_(known, known)], hermitian=True
-        )
-        left = np.diag(self.log_covariance) - np.einsum("ij,ij->i", explained, across)
-        reach = np.exp(norm.ppf((1 + RANGE_SHARE) / 2) * np.sqrt(np.maximum(left, 0)))
-        return {
-            name: (taken[name],) * 2
-            if name in asked
-            else (taken[name] / reach[i], taken[name] * reach[i])
-            for i, name in enumerate(self.names)
-        }
+        given = self.law.given(asked, noise)
+        ranges = {}
+        for name in self.names:
+            low, _, high = given.range(name, RANGE_SHARE)
+            own = taken[name]
+            ranges[name] = (own, own) if name in asked else (min(low, own), max(high, own))
+        return ranges
 
     def save(self, path: Path) -> None:
         """Writes everything but the shared basis and template; no pickle."""
         part = path.with_name(f"part-{path.name}")
+        law: dict[str, Any] = {f"law_{key}": value for key, value in self.law.arrays().items()}
         np.savez(
             part,
+            **law,
             kind=self.kind,
             names=np.array(self.names),
             units=np.array([MEASUREMENTS[name].unit for name in self.names]),
@@ -347,7 +350,6 @@ class Estimator:
             moments=self.linear.moments_,
             cross_moments=self.linear.cross_moments_,
             count=self.linear.count_,
-            log_covariance=self.log_covariance,
             spread=self.spread.astype(np.float32),
             reach=self.reach,
             limits=np.array([self.limits[name] for name in self.names]),
@@ -383,7 +385,9 @@ def load_estimator(path: Path, folder: Path = DATA) -> Estimator:
             kind=BODY_KINDS[BODY_KINDS.index(arrays["kind"].item())],
             names=names,
             linear=linear,
-            log_covariance=arrays["log_covariance"],
+            law=Law.of_arrays(
+                names, {key[4:]: value for key, value in arrays.items() if key[:4] == "law_"}
+            ),
             spread=arrays["spread"].astype(np.float64),
             reach=float(arrays["reach"]),
             limits={name: (low, high) for name, (low, high) in zip(names, ends, strict=True)},

@@ -104,16 +104,15 @@ def test_ranges_narrow_as_more_is_known() -> None:
             assert high - low < wide[name][1] - wide[name][0]
 
 
-def test_ranges_hold_four_of_five_of_a_planted_law() -> None:
-    """People drawn from the estimator's own law of logarithms."""
+def test_a_noisy_tape_widens_ranges_and_the_bodys_own_value_lies_within() -> None:
     estimator = load_estimators()["male"]
-    random = np.random.default_rng(0)
-    centre = measure(estimator.estimate(MeasurementSet({"stature": 1.76, "weight": 80}))).values
-    logs = np.log([centre[name] for name in TAKEN])
-    people = np.exp(random.multivariate_normal(logs, estimator.log_covariance, size=20_000))
-    low, high = np.array([estimator.ranges(MeasurementSet({}), centre)[n] for n in TAKEN]).T
-    inside = ((people >= low) & (people <= high)).mean(axis=0)
-    assert inside == pytest.approx(0.8, abs=0.01)
+    asked = MeasurementSet({"stature": 1.76, "weight": 80, "abdomen_girth": 0.9})
+    taken = measure(estimator.estimate(asked)).values
+    sure = estimator.ranges(asked, taken)
+    unsure = estimator.ranges(asked, taken, noise={"abdomen_girth": 0.05})
+    assert np.ptp(unsure["waist_girth"]) > 1.2 * np.ptp(sure["waist_girth"])
+    far = MeasurementSet(dict(taken) | {"neck_girth": 0.6})
+    assert estimator.ranges(asked, far)["neck_girth"][1] == 0.6
 
 
 def test_limits_hold_every_body_learned_from() -> None:

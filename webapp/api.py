@@ -8,7 +8,8 @@ from flask import Blueprint, Response, abort, jsonify, request
 from werkzeug.exceptions import HTTPException, UnprocessableEntity, default_exceptions
 
 from model.cameras import Side
-from model.measurements import BODY_KINDS, MEASUREMENTS, MeasurementSet
+from model.measurements import BODY_KINDS, MEASUREMENTS
+from model.plausibility import Doubt, doubts, expected
 from webapp import comparisons, openapi, units
 from webapp.avatars import Avatar, glb, limits, make_avatar, picture, rows
 from webapp.forms import (
@@ -181,28 +182,76 @@ def _document(avatar: Avatar) -> dict[str, Any]:
 
 
 def _warnings(avatar: Avatar) -> list[dict[str, Any]]:
-    """What a client may want to look at again: entered values that the fitted body has not."""
-    if avatar.wanted.fit == "linear":
-        return []
-    asked = avatar.wanted.asked
+    """What a client may want to look at again.
+
+    Entered values that the fitted body has not, and those that the others speak against.
+    """
+    chosen = avatar.wanted.units
+    estimator, asked = avatar.estimator, avatar.wanted.asked
     warnings = []
-    for row in rows(avatar):
-        if not row.unmet:
-            continue
-        others = MeasurementSet({name: asked[name] for name in asked if name != row.name})
-        low, high = avatar.estimator.ranges(others, avatar.measured.values)[row.name]
-        symbol = units.SYMBOLS[MEASUREMENTS[row.name].unit][avatar.wanted.units]
-        taken = units.from_si(row.taken, MEASUREMENTS[row.name].unit, avatar.wanted.units)
-        warnings.append(
-            {
-                "measurement": row.name,
-                "code": "not_met",
-                "message": f"{MEASUREMENTS[row.name].label} does not seem to go with the other "
-                f"values: on the body it is {taken:.1f} {symbol}.",
-                "expected": [_number(row.name, end, avatar.wanted.units) for end in (low, high)],
-            }
-        )
+    if avatar.wanted.fit == "tape":
+        for row in rows(avatar):
+            if row.unmet:
+                seen = expected(estimator, asked, row.name)
+                words = (
+                    f"{MEASUREMENTS[row.name].label} does not seem to go with the other values: "
+                    f"on the body it is {_shown(row.name, row.taken, chosen)}."
+                )
+                warnings.append(_warning(row.name, "not_met", words, (seen.low, seen.high), chosen))
+    for doubt in doubts(estimator, asked):
+        name, words = doubt.measurement, _words(doubt, chosen)
+        warning = _warning(name, doubt.code, words, doubt.expected, chosen)
+        if doubt.suggestion is not None:
+            warning["suggestion"] = _number(name, doubt.suggestion, chosen)
+        if doubt.conflicts:
+            warning["conflicts"] = list(doubt.conflicts)
+        warnings.append(warning)
     return warnings
+
+
+def _warning(
+    name: str, code: str, words: str, ends: tuple[float, float], chosen: Units
+) -> dict[str, Any]:
+    return {
+        "measurement": name,
+        "code": code,
+        "message": words,
+        "expected": [_number(name, end, chosen) for end in ends],
+    }
+
+
+MEANT = {
+    "inside_leg_height": "it may have been taken to the floor. To the ankle it is then about",
+    "trousers_inseam": "it may be the number of trousers. To the ankle it is then about",
+}
+"""What an entered inseam probably is, in words."""
+
+
+def _words(doubt: Doubt, chosen: Units) -> str:
+    """A doubt for people to read."""
+    label = MEASUREMENTS[doubt.measurement].label
+    low, high = (_shown(doubt.measurement, end, chosen) for end in doubt.expected)
+    usual = f"{low} to {high} would be usual"
+    if doubt.suggestion is not None:
+        probably = _shown(doubt.measurement, doubt.suggestion, chosen)
+        if doubt.meant is None:
+            return f"{label} seems to be in another unit: {probably} would go with the others."
+        if doubt.meant in MEANT:
+            return f"{label} seems unusual: {MEANT[doubt.meant]} {probably}."
+        return (
+            f"{label} seems unusual: it may be that of {MEASUREMENTS[doubt.meant].label}. "
+            f"{label} is then about {probably}."
+        )
+    if doubt.code == "contradicts" and doubt.conflicts:
+        others = " and ".join(MEASUREMENTS[name].label for name in doubt.conflicts)
+        return f"{label} does not seem to go with {others}: with the others, {usual}."
+    return f"{label} seems unusual beside the other values: {usual}."
+
+
+def _shown(name: str, value: float, chosen: Units) -> str:
+    """A value as people read it."""
+    unit = MEASUREMENTS[name].unit
+    return f"{units.from_si(value, unit, chosen):.1f} {units.SYMBOLS[unit][chosen]}"
 
 
 def _number(name: str, value: float, chosen: Units) -> float:

@@ -13,6 +13,16 @@ Schema = dict[str, Any]
 
 VERSION = "1.0.0"
 
+WARNINGS = {
+    "not_met": "the body has another value, see `fit`.",
+    "unusual": "far from what the other values lead to expect.",
+    "contradicts": "it and those in `conflicts` are seldom one person's.",
+    "unit_mix_up": "far likelier in another unit, see `suggestion`.",
+    "neighbouring_definition": "far likelier as another measurement, such as an inseam to the "
+    "floor; `suggestion` is what was asked for.",
+}
+"""The codes of warnings, and what they say of an entered value."""
+
 
 def document() -> Schema:
     """The whole description."""
@@ -238,14 +248,25 @@ def _schemas() -> dict[str, Schema]:
         "Warning": _object(
             {
                 "measurement": {"enum": list(MEASUREMENTS)},
-                "code": {"enum": ["not_met"], "description": "Not met: see fit."},
+                "code": {
+                    "enum": list(WARNINGS),
+                    "description": " ".join(f"`{code}`: {says}" for code, says in WARNINGS.items()),
+                },
                 "message": text,
                 "expected": {
-                    "description": "About the body's value: where four of five people's lie "
-                    "who share the other values.",
+                    "description": "Where four of five people's values lie who share the other "
+                    "entered values.",
                     **_list_of(number, 2),
                 },
-            }
+                "suggestion": {**number, "description": "The value that was probably meant."},
+                "conflicts": {
+                    "type": "array",
+                    "items": {"enum": list(MEASUREMENTS)},
+                    "description": "The entered values that speak against this one, the "
+                    "strongest first.",
+                },
+            },
+            required=["measurement", "code", "message", "expected"],
         ),
         "Problem": _object(
             {

@@ -4,6 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from model.training.law_fit import write_survey_laws
 from model.training.spreads import write_survey_measurements
 from model.training.survey import SEXES, write_statistics
 
@@ -29,6 +30,7 @@ def main() -> None:
             people = write_statistics(sex, arguments.folder / f"{sex}_half_a.csv").people
             print(f"{sex}: statistics of {people} people")
         print(f"measurements: {write_survey_measurements(arguments.folder)} rows")
+        print(f"laws of {write_survey_laws(arguments.folder)} people")
     elif arguments.command == "population":
         from model.training.population_build import build
 

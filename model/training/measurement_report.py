@@ -19,8 +19,8 @@ from model.training.paper_validation import (
 )
 from model.training.population_report import table
 from model.training.shape_report import MAPPED_SUBSETS, Trial
-from model.training.survey import SEXES, Sex
-from model.training.validation import FROM_SURVEY, real_people
+from model.training.survey import FROM_SURVEY, SEXES, Sex
+from model.training.validation import real_people
 
 WOMEN, MEN = 5, 1
 """The paper's six people (5.2)."""

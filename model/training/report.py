@@ -12,11 +12,10 @@ from model.measurements import MEASUREMENTS
 from model.training.paper_report import write_paper_report
 from model.training.population import Population, load_population
 from model.training.population_report import table, write_population_report
-from model.training.survey import INDEX_BANDS, SEXES
+from model.training.survey import FROM_SURVEY, INDEX_BANDS, SEXES
 from model.training.train import measure_population
 from model.training.validation import (
     ENTERED,
-    FROM_SURVEY,
     Errors,
     coverage,
     errors_on_bodies,

@@ -21,6 +21,7 @@ from model.measurements import BODY_KINDS, MEASUREMENTS, BodyKind
 from model.shape_basis import load_shape_basis
 from model.tapes import legs_of
 from model.template_mesh import TemplateMesh, load_template_mesh
+from model.training.law_fit import calibrated, law_of
 from model.training.scans_files import ScanError
 from model.training.scans_workers import each
 from model.training.strips import find_strips
@@ -227,7 +228,7 @@ def train_kind(
         kind=kind,
         names=TAKEN,
         linear=linear,
-        log_covariance=np.cov(np.log(own[whole]).T, aweights=weights[whole]),
+        law=calibrated(law_of(TAKEN, own[whole], weights[whole]), own[whole], weights[whole]),
         spread=spread_of(coefficients[mine]),
         reach=reach_of(own[whole]),
         limits=plausible_limits(own),

@@ -85,6 +85,23 @@ SURVEY_TAPES: Mapping[str, Tape] = {
 }
 """The survey's columns that bodies are fitted to, and the tape of each."""
 
+FROM_SURVEY: Mapping[str, tuple[str, ...]] = {
+    "stature": ("stature",),
+    "weight": ("weightkg",),
+    "head_girth": ("headcircumference",),
+    "bust_girth": ("chestcircumference",),
+    "hip_girth": ("buttockcircumference",),
+    "ankle_girth": ("anklecircumference",),
+    "neck_girth": ("neckcircumference",),
+    "wrist_girth": ("wristcircumference",),
+    "thigh_girth": ("thighcircumference",),
+    "calf_girth": ("calfcircumference",),
+    "abdomen_girth": ("waistcircumference",),
+    "inseam_height": ("crotchheight", "lateralmalleolusheight"),
+    "foot_height": ("lateralmalleolusheight",),
+}
+"""Measurements that a real person of the survey has: a column, or one less another."""
+
 TEST_SHARE = 5
 """One real person in so many is kept for tests: nothing that trains or calibrates sees them."""
 

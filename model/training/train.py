@@ -14,6 +14,7 @@ from model.shape_basis import load_shape_basis
 from model.tape_fit import USUAL
 from model.tapes import legs_of
 from model.template_mesh import DATA, load_template_mesh, template_mesh_from
+from model.training.law_fit import joint_law, load_survey_law
 from model.training.population import Population, bodies_of, load_population
 from model.training.strips import find_strips
 from model.training.survey import SEXES
@@ -77,16 +78,11 @@ def train_estimator(
     seen = mine & ~population.held_out
     linear = LinearBodyEstimator(fit_intercept=fit_intercept)
     linear.fit(values[seen], population.coefficients[seen])
-    weights = np.exp(population.log_odds[seen])
-    for sex in range(len(SEXES)):
-        # Women and men count alike in the neutral body.
-        these = population.sexes[seen] == sex
-        weights[these] /= max(weights[these].sum(), 1e-12)
     return Estimator(
         kind=kind,
         names=TAKEN,
         linear=linear,
-        log_covariance=np.cov(np.log(values[seen]).T, aweights=weights),
+        law=joint_law(load_survey_law(kind), values[seen]),
         spread=spread_of(population.coefficients[seen]),
         reach=reach_of(values[seen]),
         limits=plausible_limits(values[seen]),

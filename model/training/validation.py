@@ -12,7 +12,7 @@ from model.geometry import Floats
 from model.measurements import MEASUREMENTS, BodyKind, MeasurementSet
 from model.template_mesh import load_template_mesh
 from model.training.population import Population, bodies_of
-from model.training.survey import SURVEY_TAPES, Sex, is_test_person, read_people
+from model.training.survey import FROM_SURVEY, SURVEY_TAPES, Sex, is_test_person, read_people
 
 ENTERED: Mapping[str, Sequence[str]] = {
     "all that are taken": TAKEN,
@@ -31,23 +31,6 @@ ENTERED: Mapping[str, Sequence[str]] = {
     "stature": ("stature",),
 }
 """What is entered, for the tables."""
-
-FROM_SURVEY: Mapping[str, tuple[str, ...]] = {
-    "stature": ("stature",),
-    "weight": ("weightkg",),
-    "head_girth": ("headcircumference",),
-    "bust_girth": ("chestcircumference",),
-    "hip_girth": ("buttockcircumference",),
-    "ankle_girth": ("anklecircumference",),
-    "neck_girth": ("neckcircumference",),
-    "wrist_girth": ("wristcircumference",),
-    "thigh_girth": ("thighcircumference",),
-    "calf_girth": ("calfcircumference",),
-    "abdomen_girth": ("waistcircumference",),
-    "inseam_height": ("crotchheight", "lateralmalleolusheight"),
-    "foot_height": ("lateralmalleolusheight",),
-}
-"""Measurements that a real person of the survey has: a column, or one less another."""
 
 REAL_PER_SEX = 100
 
