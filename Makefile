@@ -60,7 +60,7 @@ test: lint $(FRONT_END)
 	@scripts/require.sh osmesa
 	@scripts/require.sh chromium
 	@echo "Testing the model and the site"
-	@$(BIN)/python -m pytest -q
+	@$(BIN)/python -m pytest -q -n auto --dist loadfile
 	@echo "Testing the front end"
 	@npm run --silent test:unit
 	@echo "Testing in the browser"
