@@ -9,6 +9,7 @@ with a constant term the linear law is the same.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -301,6 +302,30 @@ class Estimator:
             values.insert(0, 1.0)
         coefficients: Floats = self.linear.law(known) @ np.array(values)
         return coefficients
+
+    def likeliest(
+        self, asked: MeasurementSet, noise: Mapping[str, float] | None = None
+    ) -> Floats:
+        """The linear estimate from all measurements, those not asked being as expected: (K,).
+
+        What the law of people expects of them holds for people; what bodies of the population
+        lead to expect, which `coefficients` follows, for a population that varies more.
+
+        Parameters
+        ----------
+        noise : see `ranges`.
+        """
+        values = np.exp(self.law.given(asked, noise).means)
+        if not noise:
+            values = np.array([asked.get(name, own) for name, own in zip(self.names, values, strict=True)])
+        coefficients: Floats = self._whole_law[:, 1:] @ values + self._whole_law[:, 0]
+        return coefficients
+
+    @cached_property
+    def _whole_law(self) -> Floats:
+        """The linear law of all measurements, led by its constant: (K, 1 + m)."""
+        law = self.linear.law(np.ones(len(self.names), dtype=bool))
+        return law if self.linear.fit_intercept else np.insert(law, 0, 0.0, axis=1)
 
     def body(self, coefficients: Floats) -> Body:
         """The body of coefficients, ndarray of shape (K,)."""

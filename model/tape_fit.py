@@ -120,10 +120,11 @@ class _Search:
         self.pieces = TapePieces(estimator.template, [TAPES[name] for name in asked])
         self.furthest = furthest(estimator, len(asked))
         self.w = solve_triangular(
-            estimator.spread, estimator.coefficients(asked) - estimator.mean, lower=True
+            estimator.spread, estimator.likeliest(asked) - estimator.mean, lower=True
         )
         # The estimate of contradictory values may be no body at all.
         self.w *= min(1.0, np.sqrt(self.furthest / max(float(self.w @ self.w), 1e-12)))
+        self.centre = self.w
         self.body = self._body(self.w)
         self.reading = self.pieces.read(self.body.vertices, with_slopes=True)
         owner = self.pieces.owner
@@ -213,24 +214,33 @@ class _Search:
         slopes, rest = self.slopes[held], rest[held]
         eigenvalues, vectors = np.linalg.eigh(slopes @ slopes.T)
         eigenvalues = np.maximum(eigenvalues, 0)
+        apart = self.w - self.centre
+        near = self.centre + slopes.T @ (
+            vectors @ (vectors.T @ (rest + slopes @ apart) / (eigenvalues + SOFTNESS))
+        )
+        if at_the_edge := float(near @ near) > self.furthest:
+            near = self._at_the_edge(slopes, eigenvalues, vectors, rest)
+        if at_the_edge or np.isinf(self.reach):
+            return near - self.w, at_the_edge
+        # After the first round the nearest body to the present one is near enough the likeliest.
+        return slopes.T @ (vectors @ (vectors.T @ rest / (eigenvalues + self.damping))), False
+
+    def _at_the_edge(
+        self, slopes: Floats, eigenvalues: Floats, vectors: Floats, rest: Floats
+    ) -> Floats:
+        """The body at the edge of what people look like that misses what is asked by the least."""
         whole = vectors.T @ (rest + slopes @ self.w)
 
         def distance(softness: float) -> float:
             return float(np.sum(eigenvalues * (whole / (eigenvalues + softness)) ** 2))
 
-        if at_the_edge := distance(SOFTNESS) > self.furthest:
-            low, high = np.log(SOFTNESS), np.log(1e6)
-            for _ in range(40):
-                middle = (low + high) / 2
-                beyond = distance(np.exp(middle)) > self.furthest
-                low, high = (middle, high) if beyond else (low, middle)
-            softness = np.exp(high)
-        else:
-            softness = SOFTNESS
-        if at_the_edge or np.isinf(self.reach):
-            return slopes.T @ (vectors @ (whole / (eigenvalues + softness))) - self.w, at_the_edge
-        # After the first round the nearest body to the present one is near enough the likeliest.
-        return slopes.T @ (vectors @ (vectors.T @ rest / (eigenvalues + self.damping))), False
+        low, high = np.log(SOFTNESS), np.log(1e6)
+        for _ in range(40):
+            middle = (low + high) / 2
+            beyond = distance(np.exp(middle)) > self.furthest
+            low, high = (middle, high) if beyond else (low, middle)
+        edge: Floats = slopes.T @ (vectors @ (whole / (eigenvalues + np.exp(high))))
+        return edge
 
     def _learn(self, pieces: Integers, body: Body, reading: Reading) -> None:
         """Takes the derivatives of those pieces that have none yet."""

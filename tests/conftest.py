@@ -4,6 +4,7 @@ import os
 from collections import Counter
 
 import html5lib
+import jsonschema
 import pytest
 from flask.testing import FlaskClient
 from hypothesis import settings
@@ -98,3 +99,35 @@ def site(make_site):
 @pytest.fixture
 def client(site):
     return site.test_client()
+
+
+@pytest.fixture(scope="session")
+def description(site):
+    return site.test_client().get("/api/v1/openapi.json").json
+
+
+@pytest.fixture
+def call(client, description):
+    """Call the API and hold what it is sent and what it answers to its description."""
+
+    def schema_of(part):
+        return part["schema"] | {"components": description["components"]}
+
+    def call(path, document=None, **options):
+        method = "get" if document is None and not options else "post"
+        if document is not None:
+            options["json"] = document
+        response = getattr(client, method)(path, **options)
+        operation = description["paths"][path.partition("?")[0]][method]
+        answer = operation["responses"][str(response.status_code)]
+        ((media_type, part),) = answer["content"].items()
+        assert response.mimetype == media_type
+        if media_type.endswith("json"):
+            jsonschema.Draft202012Validator(schema_of(part)).validate(response.json)
+        if response.status_code == 200 and document is not None:
+            (part,) = operation["requestBody"]["content"].values()
+            jsonschema.Draft202012Validator(schema_of(part)).validate(document)
+        assert "Set-Cookie" not in response.headers
+        return response
+
+    return call

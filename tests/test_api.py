@@ -3,7 +3,6 @@
 import io
 import json
 
-import jsonschema
 import numpy as np
 import pytest
 import trimesh
@@ -45,38 +44,6 @@ POSTS = (
     "/api/v1/avatars/front.png",
     "/api/v1/avatars/profile.png",
 )
-
-
-@pytest.fixture(scope="module")
-def description(site):
-    return site.test_client().get("/api/v1/openapi.json").json
-
-
-@pytest.fixture
-def call(client, description):
-    """Call the API and hold what it is sent and what it answers to its description."""
-
-    def schema_of(part):
-        return part["schema"] | {"components": description["components"]}
-
-    def call(path, document=None, **options):
-        method = "get" if document is None and not options else "post"
-        if document is not None:
-            options["json"] = document
-        response = getattr(client, method)(path, **options)
-        operation = description["paths"][path.partition("?")[0]][method]
-        answer = operation["responses"][str(response.status_code)]
-        ((media_type, part),) = answer["content"].items()
-        assert response.mimetype == media_type
-        if media_type.endswith("json"):
-            jsonschema.Draft202012Validator(schema_of(part)).validate(response.json)
-        if response.status_code == 200 and document is not None:
-            (part,) = operation["requestBody"]["content"].values()
-            jsonschema.Draft202012Validator(schema_of(part)).validate(document)
-        assert "Set-Cookie" not in response.headers
-        return response
-
-    return call
 
 
 def faults(response):
@@ -181,44 +148,6 @@ def test_the_tape_fit_is_the_default_and_the_linear_estimate_is_to_be_had(call):
     assert linear["warnings"] == []
     files = [call("/api/v1/avatars.glb", WOMAN | {"fit": fit}).data for fit in FITS]
     assert files[0] != files[1]
-
-
-def test_values_that_contradict_each_other_are_warned_of(call):
-    document = WOMAN | {"measurements": {"stature": 168, "bust_girth": 140, "underbust_girth": 70}}
-    answer = call("/api/v1/avatars", document).json
-    rows = {row["name"]: row for row in answer["measurements"]}
-    warnings = {(one["measurement"], one["code"]): one for one in answer["warnings"]}
-    both = {"bust_girth", "underbust_girth"}
-    assert set(warnings) == {(name, code) for name in both for code in ("not_met", "contradicts")}
-    for (name, code), warning in warnings.items():
-        row = rows[name]
-        low, high = warning["expected"]
-        assert not low < row["asked"] < high
-        if code == "not_met":
-            assert f"on the body it is {row['taken']:.1f} cm" in warning["message"]
-            assert [row["low"], row["high"]] == sorted([row["taken"], row["asked"]])
-        else:
-            assert warning["conflicts"] == list(both - {name})
-            assert f"{low:.1f} cm to {high:.1f} cm would be usual" in warning["message"]
-
-
-@pytest.mark.parametrize(
-    ("changed", "code", "suggestion", "said"),
-    [
-        ({"weight": 62 / 0.45359237}, "unit_mix_up", 62, "62.0 kg would go with the others"),
-        ({"neck_girth": 44}, "unusual", None, "seems unusual beside the other"),
-        ({"inseam_height": 84}, "neighbouring_definition", 77, "taken to the floor"),
-    ],
-)
-def test_what_seems_unusual_is_warned_of_with_what_was_meant(call, changed, code, suggestion, said):
-    values = {"stature": 168, "weight": 62, "hip_girth": 98, "bust_girth": 92, "neck_girth": 33}
-    document = WOMAN | {"measurements": values | changed}
-    answers = [call("/api/v1/avatars", document | {"fit": fit}).json for fit in FITS]
-    for answer in answers:
-        [warning] = [one for one in answer["warnings"] if one["code"] != "not_met"]
-        assert (warning["measurement"], warning["code"]) == (*changed, code)
-        assert warning.get("suggestion") == pytest.approx(suggestion, abs=1)
-        assert said in warning["message"]
 
 
 @pytest.mark.parametrize("body", BODY_KINDS)
