@@ -4,6 +4,7 @@ Shared by the file (`gltf`) and the pictures (`rendering`), so that they show th
 Colours are sRGB, as a designer writes them; `linear` gives what light is reckoned in.
 """
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -264,7 +265,7 @@ def _covers(template: TemplateMesh, *parts: str) -> Booleans:
 def _smoothed(body: Body, values: Floats) -> Floats:
     """Values at the vertices, (V, ...), averaged with their neighbours' under the cloth."""
     covered, average = _cloth(body.template, body.kind)
-    smooth = values[covered].reshape(len(covered), -1)
+    smooth = values[covered].reshape(len(covered), math.prod(values.shape[1:]))
     for _ in range(CLOTH_ROUNDS):
         smooth = average @ smooth
     return smooth.reshape(len(covered), *values.shape[1:])

@@ -33,6 +33,9 @@ FINENESS = 2
 # As the viewer's on the page (static/css/site.css, --backdrop).
 BACKDROP = (244, 242, 239)
 
+# Of a hundred. Beside the PNG file no difference is seen.
+WEBP_QUALITY = 90
+
 # The darkest of a foot's shadow on the floor, as a share of the light.
 _SHADE = 0.32
 
@@ -108,6 +111,8 @@ def render_png(
 ) -> bytes:
     """A picture of the body in its plain underwear, as the bytes of a PNG file.
 
+    `render_webp` gives the same without the silhouette, as a file of a tenth of its size.
+
     Parameters
     ----------
     body : Body
@@ -129,6 +134,21 @@ def render_png(
     if silhouette:
         return _png(_silhouette(dressed, projection, size))
     return _png(_picture(dressed, projection, size))
+
+
+def render_webp(body: Body, side: Side, *, size: tuple[int, int] = (600, 1200)) -> bytes:
+    """The picture of `render_png` for a page: the bytes of a WebP file.
+
+    Raises
+    ------
+    RenderingUnavailable
+        As `render_png`.
+    """
+    dressed = dress(body)
+    stream = io.BytesIO()
+    picture = _picture(dressed, project(dressed.positions, side, size=size), size)
+    picture.save(stream, "WEBP", quality=WEBP_QUALITY, method=2)
+    return stream.getvalue()
 
 
 # ---- what the pictures show -------------------------------------------------------------------

@@ -1,8 +1,6 @@
 """The Fitting Room's site: reads requests, calls the model, writes responses."""
 
 import contextlib
-import functools
-import hashlib
 import io
 import os
 import secrets
@@ -10,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
-from flask import Flask, jsonify, render_template, request, url_for
+from flask import Flask, jsonify, render_template, request
 from flask.json.provider import DefaultJSONProvider
 from flask_limiter import Limiter, RateLimitExceeded
 from flask_limiter.util import get_remote_address
@@ -22,7 +20,7 @@ from werkzeug.wrappers import Response
 from model.estimators import load_estimators
 from model.rendering import RenderingUnavailable
 from model.template_mesh import DATA
-from webapp import api, avatars, comparisons, units, wizard
+from webapp import api, avatars, comparisons, delivery, units, wizard
 from webapp.forms import Refused
 
 if TYPE_CHECKING:
@@ -70,9 +68,6 @@ PHOTO_WORKER = "build/photos/worker.js"
 HEARD_OUT = 64 * 2**20
 PIECE = 2**16
 """Bytes that are read, and let go, of a request that is refused for its size or its type."""
-
-YEAR = 365 * 24 * 60 * 60
-"""Seconds."""
 
 
 class CarefulInput(io.RawIOBase):
@@ -143,7 +138,7 @@ def create_app(settings: Mapping[str, Any] | None = None) -> Flask:
 
     app.add_template_filter(units.show)
     app.add_template_filter(units.show_signed)
-    app.add_template_global(static_url)
+    delivery.deliver(app)
     app.register_error_handler(HTTPException, failed)
     app.register_error_handler(RateLimitExceeded, too_many)
     app.register_error_handler(Refused, api.refused)
@@ -182,20 +177,6 @@ def environment(variables: Mapping[str, str]) -> dict[str, Any]:
 def health() -> Response:
     """Says that the estimators are loaded: without them the site does not start."""
     return jsonify(status="ok")
-
-
-def static_url(filename: str) -> str:
-    """The address of a static file, with its fingerprint: it may be kept for a year."""
-    file = ROOT / "static" / filename
-    if not file.is_file():
-        return url_for("static", filename=filename)
-    return url_for("static", filename=filename, v=fingerprint(file, file.stat().st_mtime_ns))
-
-
-@functools.lru_cache
-def fingerprint(file: Path, changed: int) -> str:  # noqa: ARG001 - what is kept is kept for it
-    """A few letters that are others as soon as the file's content is; `changed` is its time."""
-    return hashlib.sha256(file.read_bytes()).hexdigest()[:12]
 
 
 def failed(error: HTTPException) -> Response:
@@ -244,11 +225,7 @@ def add_headers(response: Response) -> Response:
     for name, value in (SECURITY_HEADERS | (PHOTO_HEADERS if _sees_photos() else {})).items():
         response.headers.setdefault(name, value)
     if request.endpoint == "static":
-        if "v" in request.args:
-            response.cache_control.max_age = YEAR
-            response.cache_control.public = True
-            response.cache_control.immutable = True
-            response.cache_control.no_cache = None
+        delivery.keep(response)
     elif request.endpoint == "wizard.form":
         # Kept by the browser alone, so that going back shows what was typed.
         response.cache_control.private = True

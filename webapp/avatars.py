@@ -24,7 +24,7 @@ from model.estimators import Estimator
 from model.gltf import to_glb
 from model.measurements import MEASUREMENTS, BodyKind, MeasurementSet
 from model.morph_targets import morph_targets
-from model.rendering import RenderingUnavailable, render_png
+from model.rendering import RenderingUnavailable, render_png, render_webp
 from model.tape_fit import fit_to_tape
 from model.template_mesh import Body
 from webapp.forms import AvatarRequest, Limits, Refusal, Refused, Typed
@@ -216,6 +216,12 @@ def file() -> Response:
 def side(side: Side) -> Response:
     """The body from one side."""
     return picture(_shown(), side)
+
+
+@bp.get("/avatar/<any(front, profile):side>.webp")
+def light_side(side: Side) -> Response:
+    """The body from one side, as the page shows it: a tenth of the other's weight."""
+    return Response(render_webp(_shown().body, side), mimetype="image/webp")
 
 
 def shown_request() -> AvatarRequest | None:
