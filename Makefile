@@ -9,7 +9,8 @@
 #   make report      the population beside the survey, the paper's study repeated, and the
 #                    estimators' errors, as pages of docs/
 #                    (ARGS="--survey-rows FOLDER": their errors on real people too)
-#   make guide       docs/measurements.md: every measurement, its picture and its spread
+#   make guide       docs/measurements.md: every measurement, its picture and its spread; and the
+#                    pictures of the wizard, static/guide/ (minutes)
 #   make bench       how long measuring takes, beside a peer's way, in one run (ARGS="--rounds 9")
 #   make licences    docs/licences.md, from the metadata of what is installed
 #   make lock        the lock files, from pyproject.toml
@@ -88,6 +89,7 @@ report: $(SITE)
 guide: $(SITE)
 	@scripts/require.sh osmesa
 	@$(BIN)/python -m model.training measurements
+	@$(BIN)/python -m model.training guide
 
 bench: $(SITE)
 	@$(BIN)/python -m bench $(ARGS)

@@ -19,6 +19,7 @@ from model.appearance import dress
 from model.cameras import Camera, Projection
 from model.geometry import Booleans, Floats
 from model.measurements import MEASUREMENTS, BodyKind
+from model.plausibility import TROUSERS_SHORT_OF_FLOOR
 from model.rendering import FINENESS, Photograph, in_underwear, photograph
 from model.tapes import Height
 from model.template_mesh import Body
@@ -145,6 +146,30 @@ def tape_picture(body: Body, name: str, path: Floats, *, panel: tuple[int, int] 
     picture = Image.new("RGB", (pitch * len(views) - GAP, panel[1]), "white")
     for column, view in enumerate(views):
         picture.paste(_panel(body, name, path, view, panel), (column * pitch, 0))
+    return _webp(picture)
+
+
+LEG_ENDS: Mapping[str, float | None] = {"floor": 0.0, "ankle": None, "trousers": TROUSERS_SHORT_OF_FLOOR}
+"""Down to where people measure an inside leg, as a height in metres; None: the ankle's own."""
+
+
+def leg_picture(body: Body, path: Floats, end: str, *, panel: tuple[int, int] = PANEL) -> bytes:
+    """The inside leg down to one of `LEG_ENDS`, drawn on a body, as the bytes of a WebP file.
+
+    Parameters
+    ----------
+    body, panel : as in `tape_picture`
+    path : ndarray of shape (2, 3), metres, of the inseam: from the crotch to the ankle's level
+    """
+    path = path.copy()
+    ends = _ends(body, "inseam_height", path)
+    level = LEG_ENDS[end]
+    if level is not None:
+        path[1, 1] = ends[1, 1] = level
+    return _webp(_panel(body, "inseam_height", path, FRONT, panel, ends))
+
+
+def _webp(picture: Image.Image) -> bytes:
     stream = io.BytesIO()
     picture.save(stream, "WEBP", quality=82, method=6)
     return stream.getvalue()
@@ -181,7 +206,14 @@ def seen(path: Floats, projection: Projection, depths: NDArray[np.float32]) -> B
 # ---- one view -----------------------------------------------------------------------------------
 
 
-def _panel(body: Body, name: str, path: Floats, view: View, panel: tuple[int, int]) -> Image.Image:
+def _panel(
+    body: Body,
+    name: str,
+    path: Floats,
+    view: View,
+    panel: tuple[int, int],
+    ends: Floats | None = None,
+) -> Image.Image:
     kind = MEASUREMENTS[name].kind
     beside = _beside(body, path, view) if kind == "height" else 0.0
     projection = _frame(body, kind, path, view, beside, panel)
@@ -190,7 +222,7 @@ def _panel(body: Body, name: str, path: Floats, view: View, panel: tuple[int, in
     if kind == "mass":
         sheet.scale(body)
     elif kind == "height":
-        sheet.dimension(path, _ends(body, name, path), view, beside)
+        sheet.dimension(path, _ends(body, name, path) if ends is None else ends, view, beside)
     else:
         dense = _dense(path, closed=kind == "girth")
         sheet.band(dense, _steady(seen(dense, projection, photo.depths)), ends=kind == "length")

@@ -19,7 +19,7 @@ const PERSON = {
 const [site, file] = process.argv.slice(2);
 const browser = await chromium.launch(launchOptions());
 const page = await browser.newPage({ viewport: { width: 1120, height: 1060 } });
-await page.goto(site);
+await page.goto(new URL("/numbers", site).href);
 await page.check('input[name="body"][value="female"]');
 for (const [name, value] of Object.entries(PERSON)) await page.fill(`input[name="${name}"]`, value);
 await page.click("main form button.button[type=submit]");

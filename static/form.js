@@ -1,11 +1,11 @@
 /**
- * The form of measurements, made smoother: it works without this.
+ * The forms of the wizard, made smoother: they work without this.
  *
- * Units change without a reload, what is typed survives one, and the list of answers to look at
- * again takes the focus.
+ * What is typed survives a reload and a look at another page, units change without one on the form
+ * of all numbers, and the list of answers to look at again takes the focus.
  */
 
-const DRAFT = "measurements";
+const DRAFT = `draft of ${location.pathname}`;
 
 const form = document.getElementById("measurements");
 
@@ -28,7 +28,9 @@ function dropDraft() {
 function restoreDraft() {
   const draft = JSON.parse(sessionStorage.getItem(DRAFT) ?? "{}");
   const answers = new Map(draft.answers);
-  if (draft.session !== session() || answers.get("units") !== form.elements.units.value) {
+  const units = form.elements.namedItem("units");
+  const other = units.type === "hidden" && answers.get("units") !== units.value;
+  if (draft.session !== session() || other) {
     dropDraft();
     return;
   }
@@ -44,7 +46,7 @@ async function switchUnits(button) {
   const response = await fetch(form.action, { method: "POST", body });
   if (!response.ok) throw new Error(`The units could not be changed: ${response.status}`);
   const page = new DOMParser().parseFromString(await response.text(), "text/html");
-  for (const part of ["units", "fields-first", "fields-rest"]) {
+  for (const part of ["units", "fields"]) {
     const converted = page.getElementById(part);
     document.getElementById(part).replaceChildren(...converted.childNodes);
   }
@@ -72,7 +74,7 @@ document.getElementById("summary")?.focus();
 form.addEventListener("input", keepDraft);
 form.addEventListener("submit", (event) => {
   const button = event.submitter;
-  if (button?.name === "switch_to") {
+  if (button?.name === "switch_to" && document.getElementById("fields")) {
     event.preventDefault();
     switchUnits(button).catch(() => sendPlainly(button));
   } else {

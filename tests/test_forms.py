@@ -12,9 +12,7 @@ from webapp.forms import (
     BODY_MEMBERS,
     FILE_MEMBERS,
     PICTURE_MEMBERS,
-    TYPED_LENGTH,
     Refused,
-    Typed,
     read_document,
 )
 
@@ -30,12 +28,6 @@ def faults_of(document, members=PICTURE_MEMBERS):
     with pytest.raises(Refused) as refused:
         read_document(document, members, LIMITS)
     return {(fault.field, fault.code) for fault in refused.value.faults}
-
-
-def faults_of_form(**fields):
-    with pytest.raises(Refused) as refused:
-        Typed.of({"body": "female", "stature": "168"} | fields).read(LIMITS)
-    return {fault.field: fault for fault in refused.value.faults}
 
 
 def test_a_document_in_centimetres_is_read_as_si():
@@ -166,74 +158,3 @@ def test_any_document_is_read_or_refused(document):
     except Refused:
         return
     assert "stature" in wanted.asked
-
-
-def test_a_form_is_read_as_it_was_typed():
-    fields = {"body": "male", "units": "imperial", "stature": "5'6", "waist_girth": "34 1/2"}
-    wanted = Typed.of(fields).read(LIMITS)
-    assert wanted.body == "male"
-    assert wanted.units == "imperial"
-    assert wanted.asked["stature"] == pytest.approx(1.6764)
-    assert wanted.asked["waist_girth"] == pytest.approx(0.8763)
-
-
-def test_a_form_without_a_body_or_a_height_is_refused():
-    assert {field: fault.code for field, fault in faults_of_form(body="", stature=" ").items()} == {
-        "body": "required",
-        "stature": "required",
-    }
-
-
-def test_what_is_no_number_is_refused_with_a_way_to_write_one():
-    assert "57.5 or 57,5" in faults_of_form(waist_girth="thin")["waist_girth"].message
-    imperial = faults_of_form(units="imperial", stature="tall", waist_girth="thin", weight="light")
-    assert "5 ft 6" in imperial["stature"].message
-    assert "22 1/2" in imperial["waist_girth"].message
-    assert "140" in imperial["weight"].message
-
-
-@pytest.mark.parametrize(
-    ("units", "field", "typed", "message"),
-    [
-        ("metric", "stature", "1.68", "That looks like metres. Did you mean 168 cm?"),
-        ("metric", "stature", "66", "That looks like inches. Did you mean 167.6 cm?"),
-        ("metric", "stature", "1680", "That looks like millimetres. Did you mean 168 cm?"),
-        ("metric", "stature", "5.5", "That looks like feet. Did you mean 167.6 cm?"),
-        ("metric", "waist_girth", "30", "That looks like inches. Did you mean 76.2 cm?"),
-        ("metric", "weight", "11", "That looks like stones. Did you mean 69.9 kg?"),
-        ("metric", "weight", "250", "That looks like pounds. Did you mean 113.4 kg?"),
-        ("imperial", "stature", "168", "That looks like centimetres. Did you mean 66.1 in?"),
-        ("imperial", "stature", "5.5", "That looks like feet. Did you mean 66 in?"),
-        ("imperial", "weight", "60", "That looks like kilograms. Did you mean 132.3 lb?"),
-    ],
-)
-def test_a_number_that_fits_another_unit_is_told(units, field, typed, message):
-    stature = {"metric": "168", "imperial": "66"}[units]
-    fault = faults_of_form(**{"units": units, "stature": stature, field: typed})[field]
-    assert fault.code == "out_of_range"
-    assert fault.message == message
-
-
-def test_a_number_that_fits_no_unit_is_told_the_limits():
-    message = faults_of_form(stature="100")["stature"].message
-    assert message.startswith("We can work with 130 to 210 cm here.")
-
-
-def test_typed_answers_keep_to_a_length_that_fits_the_cookie():
-    typed = Typed.of(dict.fromkeys(MEASUREMENTS, "9" * 500))
-    assert {len(answer) for answer in typed.answers.values()} == {TYPED_LENGTH}
-
-
-def test_answers_survive_the_session():
-    typed = Typed.of({"body": "neutral", "units": "imperial", "stature": "5'6", "hip_girth": "x"})
-    assert Typed.of(typed.fields()) == typed
-
-
-def test_strange_fields_are_left_out():
-    assert Typed.of({"body": "child", "units": "ells", "shoe_size": "40"}) == Typed()
-
-
-def test_a_change_of_units_keeps_what_is_no_number():
-    typed = Typed.of({"stature": "168", "weight": "68", "hip_girth": "wide"}).in_units("imperial")
-    assert typed.units == "imperial"
-    assert typed.answers == {"stature": "5 ft 6.14 in", "weight": "149.9", "hip_girth": "wide"}

@@ -1,12 +1,12 @@
-"""The form: nothing typed is lost, and every fault is told at its field."""
+"""The form of all numbers: nothing typed is lost, and every fault is told at its field."""
 
 import pytest
 from conftest import text
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from model.measurements import BODY_KINDS, MEASUREMENTS
-from webapp.forms import FORM
+from model.measurements import MEASUREMENTS
+from webapp.guide import QUICK
 
 WOMAN = {"body": "female", "units": "metric", "stature": "168", "waist_girth": "74,5"}
 
@@ -16,7 +16,7 @@ def values(page):
     return {
         field.get("name"): field.get("value")
         for field in page.iter("input")
-        if field.get("name") in FORM and field.get("value")
+        if field.get("name") in QUICK and field.get("value")
     }
 
 
@@ -29,43 +29,42 @@ def faults(page):
     }
 
 
-def test_the_form_asks_for_the_measurements_of_the_first_round(client):
-    assert client.get("/").status_code == 200
+def test_the_form_asks_for_what_the_wizard_asks_any_kind_of_body(client):
+    assert client.get("/numbers").status_code == 200
     asked = [
         field.get("name")
         for field in client.page.iter("input")
         if field.get("name") in MEASUREMENTS
     ]
-    assert sorted(asked) == sorted(FORM)
+    assert asked == list(QUICK)
+    assert set(asked) == {name for name, row in MEASUREMENTS.items() if row.in_wizard}
     assert asked[:4] == ["stature", "weight", "bust_girth", "waist_girth"]
-    for name in FORM:
-        hint = client.page.find(f".//p[@id='{name}-how']")
-        assert text(hint).startswith(MEASUREMENTS[name].how_to)
 
 
-@pytest.mark.parametrize("kind", BODY_KINDS)
-def test_the_form_asks_each_kind_of_body_what_the_table_says(client, kind):
-    client.get("/")
-    asked = {
-        field.get("name") for field in client.page.iter("input") if field.get("type") == "text"
-    }
-    said = {name for name, row in MEASUREMENTS.items() if kind in row.in_wizard}
-    assert asked == said
-
-
-def test_the_form_says_which_waist_and_which_inseam(client):
-    client.get("/")
+def test_the_form_says_which_waist(client):
+    client.get("/numbers")
     assert "narrowest" in text(client.page.find(".//p[@id='waist_girth-how']"))
     assert "navel" in text(client.page.find(".//p[@id='abdomen_girth-how']"))
-    assert "ankle bone, not to the floor" in text(client.page.find(".//p[@id='inseam_height-how']"))
+
+
+def test_the_form_asks_where_an_inside_leg_ends(client):
+    response = client.send(**WOMAN, inseam_height="78")
+    assert response.status_code == 422
+    assert set(faults(client.page)) == {"inseam_height-to"}
+    assert (
+        client.send(**WOMAN, inseam_height="78", **{"inseam_height:to": "floor"}).status_code == 303
+    )
+    client.get("/numbers")
+    chosen = client.page.find(".//select/option[@selected]")
+    assert chosen.get("value") == "floor"
 
 
 def test_each_unit_is_told_to_everyone(client):
-    client.get("/")
-    for name in FORM:
+    client.get("/numbers")
+    for name in QUICK:
         field = client.page.find(f".//input[@name='{name}']")
         assert f"{name}-unit" in field.get("aria-describedby").split()
-        assert field.get("inputmode") == "decimal"
+        assert field.get("inputmode") == ("text" if name == "inseam_height" else "decimal")
 
 
 def test_measurements_lead_to_the_body(client):
@@ -76,7 +75,7 @@ def test_measurements_lead_to_the_body(client):
 
 def test_what_was_typed_is_there_on_coming_back(client):
     client.send(**WOMAN)
-    client.get("/")
+    client.get("/numbers")
     assert values(client.page) == {"stature": "168", "waist_girth": "74,5"}
     assert client.page.find(".//input[@id='body-female']").get("checked") is not None
 
@@ -103,7 +102,7 @@ def test_a_fault_loses_nothing_that_was_typed(client):
     typed = {"stature": "1.68", "waist_girth": "74,5", "hip_girth": "wide <b>"}
     client.send(**(WOMAN | typed))
     assert values(client.page) == typed
-    client.get("/")
+    client.get("/numbers")
     assert values(client.page) == typed
 
 
@@ -128,13 +127,13 @@ def test_a_change_of_units_converts_what_was_typed(client):
     assert text(pressed) == "in and lb"
 
     client.send(units="imperial", **values(client.page), switch_to="metric")
-    client.get("/")
+    client.get("/numbers")
     assert values(client.page) == {"stature": "168", "waist_girth": "74.5"}
 
 
 def test_feet_and_inches_can_be_typed_on_a_telephone(client):
     client.send(units="imperial", switch_to="imperial")
-    client.get("/")
+    client.get("/numbers")
     assert client.page.find(".//input[@name='stature']").get("inputmode") == "text"
     assert client.page.find(".//input[@name='hip_girth']").get("inputmode") == "decimal"
     assert client.send(body="male", units="imperial", stature="5'10").status_code == 303
@@ -142,37 +141,36 @@ def test_feet_and_inches_can_be_typed_on_a_telephone(client):
 
 def test_a_change_of_units_is_no_time_for_messages(client):
     assert client.send(stature="tall", switch_to="imperial").status_code == 303
-    client.get("/")
+    client.get("/numbers")
     assert values(client.page) == {"stature": "tall"}
     assert faults(client.page) == {}
 
 
 def test_the_enter_key_shows_the_body_and_changes_no_units(client):
-    client.get("/")
-    form = client.page.find(".//form[@id='measurements']")
-    first = next(button for button in form.iter("button") if button.get("type") == "submit")
+    client.get("/numbers")
+    first = next(button for button in client.page.iter("button") if button.get("type") == "submit")
+    assert first.get("form") == "measurements"
     assert first.get("name") is None
-    assert text(first) == "Show my body"
 
 
 def test_a_form_without_its_token_is_shown_again_with_what_was_typed(client):
-    response = client.post("/", data=WOMAN)
+    response = client.post("/numbers", data=WOMAN)
     assert response.status_code == 400
     assert "press the button once more" in response.text
     assert values(client.page) == {"stature": "168", "waist_girth": "74,5"}
-    client.get("/")
+    client.get("/numbers")
     assert values(client.page) == {}
 
 
 def test_a_forged_token_is_refused(client):
-    client.get("/")
-    assert client.post("/", data=WOMAN | {"csrf_token": "forged"}).status_code == 400
+    client.get("/numbers")
+    assert client.post("/numbers", data=WOMAN | {"csrf_token": "forged"}).status_code == 400
 
 
 def test_measurements_can_be_forgotten(client):
     client.send(**WOMAN)
     assert client.send("/forget").status_code == 303
-    client.get("/")
+    client.get("/numbers")
     assert values(client.page) == {}
     assert "Your measurements are forgotten." in text(client.page)
 
@@ -180,18 +178,18 @@ def test_measurements_can_be_forgotten(client):
 def test_forgetting_needs_the_token_too(client):
     client.send(**WOMAN)
     assert client.post("/forget").status_code == 400
-    client.get("/")
+    client.get("/numbers")
     assert values(client.page) == {"stature": "168", "waist_girth": "74,5"}
 
 
 def test_the_form_is_kept_by_the_browser_alone(client):
-    assert client.get("/").headers["Cache-Control"] == "private, no-cache"
+    assert client.get("/numbers").headers["Cache-Control"] == "private, no-cache"
 
 
 answers = st.text(max_size=40) | st.decimals(1, 300, places=1).map(str)
 
 
-@given(st.dictionaries(st.sampled_from(["body", "units", "switch_to", *FORM]), answers))
+@given(st.dictionaries(st.sampled_from(["body", "units", "switch_to", *QUICK]), answers))
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 def test_any_form_is_answered(client, fields):
     response = client.send(**fields)
@@ -215,12 +213,26 @@ def test_any_form_is_answered(client, fields):
 )
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 def test_bytes_that_are_no_form_are_told_so_on_the_page(client, content, content_type):
-    response = client.post("/", data=content, content_type=content_type)
+    response = client.post("/numbers", data=content, content_type=content_type)
     assert response.status_code in (400, 413)
 
 
-@pytest.mark.parametrize("count", [1, 11])
+@pytest.mark.parametrize("count", [1, len(QUICK)])
 def test_the_cookie_stays_within_a_browsers_limit(client, count):
-    client.send(**dict.fromkeys(FORM[:count], "".join(map(chr, range(0x1F600, 0x1F640)))))
+    client.send(**dict.fromkeys(QUICK[:count], "".join(map(chr, range(0x1F600, 0x1F640)))))
     cookie = client.get_cookie("fitting_room")
     assert len(cookie.value) < 4000
+
+
+def test_the_cookie_holds_every_measurement_read_three_times(client):
+    client.send("/", body="female", units="imperial")
+    for place, name in enumerate(MEASUREMENTS):
+        inches = (28, 60, 20)[len(name) % 3] + place / 8
+        texts = [f"{inches + extra} inches" for extra in (0, 0.25, 0.125)]
+        fields = {name: texts[0], f"{name}:2": texts[1], f"{name}:3": texts[2]}
+        client.send(f"/measure/{name}", **fields, units="imperial")
+    assert len(client.get_cookie("fitting_room").value) < 4000
+    with client.session_transaction() as session:
+        kept = session["typed"]
+    assert set(MEASUREMENTS) <= set(kept)
+    assert f"{next(iter(MEASUREMENTS))}:3" in kept

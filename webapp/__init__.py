@@ -20,7 +20,7 @@ from werkzeug.wrappers import Response
 from model.estimators import load_estimators
 from model.rendering import RenderingUnavailable
 from model.template_mesh import DATA
-from webapp import api, avatars, comparisons, delivery, units, wizard
+from webapp import api, avatars, comparisons, delivery, language, units, wizard
 from webapp.forms import Refused
 
 if TYPE_CHECKING:
@@ -125,6 +125,7 @@ def create_app(settings: Mapping[str, Any] | None = None) -> Flask:
 
     app.wsgi_app = careful_reading(app.wsgi_app)  # type: ignore[method-assign, assignment]
     app.json = InTheirOrder(app)
+    language.set_up(app)
 
     app.extensions["estimators"] = load_estimators(Path(app.config["FITTING_ROOM_DATA"]))
     app.request_class = comparisons.InMemory
@@ -226,7 +227,7 @@ def add_headers(response: Response) -> Response:
         response.headers.setdefault(name, value)
     if request.endpoint == "static":
         delivery.keep(response)
-    elif request.endpoint == "wizard.form":
+    elif request.method == "GET" and request.blueprint == "wizard":
         # Kept by the browser alone, so that going back shows what was typed.
         response.cache_control.private = True
         response.cache_control.no_cache = True

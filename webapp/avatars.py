@@ -27,7 +27,8 @@ from model.morph_targets import morph_targets
 from model.rendering import RenderingUnavailable, render_png, render_webp
 from model.tape_fit import fit_to_tape
 from model.template_mesh import Body
-from webapp.forms import AvatarRequest, Limits, Refusal, Refused, Typed
+from webapp.answers import Typed
+from webapp.forms import AvatarRequest, Limits, Refusal, Refused
 
 ESTIMATED = {
     "Around the body": ("girth",),
@@ -40,7 +41,7 @@ MET: Mapping[str, float] = {"m": 0.001, "kg": 0.1}
 """An entered value this near to the body's is met, by unit: no tape or scale reads finer."""
 
 BEGIN_HERE = "To show your body we need your height first. It takes a minute."
-LOOK_AGAIN = "Some of your answers need another look. Press “Show my body” to see which."
+LOOK_AGAIN = "Some of your answers need another look."
 CONTRADICTORY = (
     "These measurements contradict each other: no body has all of them. "
     "Please check each number and its unit."
@@ -182,13 +183,14 @@ def page() -> str | AnyResponse:
     """The body of the measurements in the session."""
     wanted = shown_request()
     if wanted is None:
-        flash(LOOK_AGAIN if session.get("typed") else BEGIN_HERE)
-        return redirect(url_for("wizard.form"), 303)
+        begun = bool(session.get("typed"))
+        flash(LOOK_AGAIN if begun else BEGIN_HERE)
+        return redirect(url_for("wizard.review" if begun else "wizard.start"), 303)
     try:
         avatar = make_avatar(wanted)
     except Refused:
         flash(CONTRADICTORY)
-        return redirect(url_for("wizard.form"), 303)
+        return redirect(url_for("wizard.review"), 303)
     every = rows(avatar)
     entered = [row for row in every if row.asked is not None]
     estimated = {

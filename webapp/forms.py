@@ -1,24 +1,25 @@
 """Requests as values that the model understands, or as messages that a person can act on.
 
-Two doors, one result: the JSON of the API (`read_document`) and what a person typed into the form
-(`Typed.read`). Both refuse with every fault at once, each at its field.
+Two doors, one result: the JSON of the API (`read_document`) and what a person typed
+(`webapp.answers.Typed`). Both refuse with every fault at once, each at its field.
 """
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any, Literal, Self, cast, get_args
+from dataclasses import dataclass, field
+from typing import Literal, cast, get_args
+
+from flask_babel import gettext as _
+from flask_babel import lazy_gettext as _l
 
 from model.cameras import DISTANCES, HEIGHTS, Camera
 from model.measurements import BODY_KINDS, MEASUREMENTS, BodyKind, Measurement, MeasurementSet
 from webapp import units
+from webapp.language import decimal
 from webapp.units import UNITS, Units
 
 Limits = Mapping[str, tuple[float, float]]
 """What an adult can plausibly measure: name to lowest and highest value, SI."""
-
-FORM = tuple(name for name, row in MEASUREMENTS.items() if row.in_wizard)
-"""The measurements that a person can type, in the table's order."""
 
 BODY_MEMBERS = ("body", "units", "measurements", "fit")
 FILE_MEMBERS = (*BODY_MEMBERS, "morph_targets")
@@ -35,27 +36,39 @@ CAMERA_LIMITS = {"distance": DISTANCES, "height": HEIGHTS}
 ROUNDING = 1e-9
 """Metres or kilograms by which a limit may seem to be passed: 82 cm is 0.8200000000000001 m."""
 
-TYPED_LENGTH = 20
-"""Characters kept of an answer: room for ``5 feet 6 1/2 inches``, and the cookie stays small."""
+_UNIT_WORDS = {
+    "m": _l("metres"),
+    "cm": _l("centimetres"),
+    "mm": _l("millimetres"),
+    "in": _l("inches"),
+    "ft": _l("feet"),
+    "kg": _l("kilograms"),
+    "lb": _l("pounds"),
+    "st": _l("stones"),
+}
 
 _LOOKS_LIKE = {
-    "cm": {"m": "metres", "in": "inches", "mm": "millimetres", "ft": "feet"},
-    "in": {"cm": "centimetres", "ft": "feet", "m": "metres", "mm": "millimetres"},
-    "kg": {"lb": "pounds", "st": "stones"},
-    "lb": {"kg": "kilograms", "st": "stones"},
+    "cm": ("m", "in", "mm", "ft"),
+    "in": ("cm", "ft", "m", "mm"),
+    "kg": ("lb", "st"),
+    "lb": ("kg", "st"),
 }
 """For a value beyond the limits: the other units it may be in, the most likely first."""
 
 
 @dataclass(frozen=True, slots=True)
 class AvatarRequest:
-    """A body to make, and how to draw it."""
+    """A body to make, and how to draw it.
+
+    noise : the deviation of what was read more than once, SI, by name
+    """
 
     body: BodyKind
     units: Units
     asked: MeasurementSet
     fit: Fit = "tape"
     morph_targets: bool = False
+    noise: Mapping[str, float] = field(default_factory=dict)
     silhouette: bool = False
     camera: Camera = field(default_factory=Camera)
     facing: Literal["right", "left"] = "right"
@@ -76,70 +89,6 @@ class Refused(ValueError):
     def __init__(self, faults: Sequence[Refusal]) -> None:
         super().__init__("; ".join(f"{fault.field}: {fault.message}" for fault in faults))
         self.faults = tuple(faults)
-
-
-@dataclass(frozen=True, slots=True)
-class Typed:
-    """The form exactly as a person left it, sensible or not."""
-
-    body: str = ""
-    units: Units = "metric"
-    answers: Mapping[str, str] = field(default_factory=dict)
-
-    @classmethod
-    def of(cls, fields: Mapping[str, Any]) -> Self:
-        """From the posted form, or from what `fields` gave the session earlier."""
-        answers = {name: _printable(str(fields.get(name) or "")) for name in FORM}
-        body, chosen = fields.get("body"), fields.get("units")
-        return cls(
-            body=body if body in BODY_KINDS else "",
-            units=chosen if chosen in UNITS else "metric",
-            answers={name: answer for name, answer in answers.items() if answer},
-        )
-
-    def fields(self) -> dict[str, str]:
-        """What the session keeps."""
-        return {"body": self.body, "units": self.units, **self.answers}
-
-    def in_units(self, new: Units) -> Self:
-        """The same answers written in other units."""
-        answers = {
-            name: units.convert(
-                answer, MEASUREMENTS[name].unit, self.units, new, feet=name == "stature"
-            )
-            for name, answer in self.answers.items()
-        }
-        return replace(self, units=new, answers=answers)
-
-    def read(self, limits: Mapping[BodyKind, Limits]) -> AvatarRequest:
-        """The request that the answers make.
-
-        Raises
-        ------
-        Refused
-            With a message for every answer that cannot be used.
-        """
-        faults = []
-        if not self.body:
-            faults.append(Refusal("body", "required", "Choose one of the three."))
-        allowed = limits[cast(BodyKind, self.body or "neutral")]
-        values = {}
-        for name, answer in self.answers.items():
-            measurement = MEASUREMENTS[name]
-            try:
-                value = units.parse(answer, measurement.unit, self.units)
-            except ValueError:
-                message = _unreadable(measurement, self.units)
-                faults.append(Refusal(name, "not_a_number", message))
-                continue
-            values[name] = value
-            faults += _beyond(measurement, value, self.units, allowed[name], name)
-        if "stature" not in self.answers:
-            message = "Enter your height: it is the one measurement we cannot do without."
-            faults.append(Refusal("stature", "required", message))
-        if faults:
-            raise Refused(faults)
-        return AvatarRequest(cast(BodyKind, self.body), self.units, MeasurementSet(values))
 
 
 def read_document(
@@ -206,11 +155,11 @@ def _asked(
             measurement = MEASUREMENTS[name]
             asked[name] = units.to_si(value, measurement.unit, chosen)
             if allowed is not None:
-                faults += _beyond(measurement, asked[name], chosen, allowed[name], field)
+                faults += beyond(measurement, asked[name], chosen, allowed[name], field)
     return asked
 
 
-def _beyond(
+def beyond(
     measurement: Measurement, value: float, chosen: Units, limits: tuple[float, float], field: str
 ) -> list[Refusal]:
     """A refusal if the value is beyond the limits: as another unit's if it fits that one."""
@@ -218,38 +167,36 @@ def _beyond(
     if low - ROUNDING <= value <= high + ROUNDING:
         return []
     symbol = units.SYMBOLS[measurement.unit][chosen]
-    number = units.from_si(value, measurement.unit, chosen)
-    for other, words in _LOOKS_LIKE[symbol].items():
-        meant = number * units.SI_PER[measurement.unit][other]
-        if low <= meant <= high:
-            shown = units.write(units.from_si(meant, measurement.unit, chosen), 1)
-            message = f"That looks like {words}. Did you mean {shown} {symbol}?"
-            return [Refusal(field, "out_of_range", message)]
+    if (unit := other_unit(measurement, value, chosen, limits)) is not None:
+        words, meant = unit
+        message = _(
+            "That looks like %(unit)s. Did you mean %(value)s %(symbol)s?",
+            unit=words,
+            value=decimal(units.write(units.from_si(meant, measurement.unit, chosen), 1)),
+            symbol=symbol,
+        )
+        return [Refusal(field, "out_of_range", message)]
     least, most = units.range_in(low, high, measurement.unit, chosen)
-    message = (
-        f"We can work with {units.write(least, 1)} to {units.write(most, 1)} {symbol} here. "
-        "Please check the number and its unit."
+    message = _(
+        "We can work with %(least)s to %(most)s %(symbol)s here. "
+        "Please check the number and its unit.",
+        least=decimal(units.write(least, 1)),
+        most=decimal(units.write(most, 1)),
+        symbol=symbol,
     )
     return [Refusal(field, "out_of_range", message)]
 
 
-def _printable(text: str) -> str:
-    """What was typed, without signs that no page can show, and not too long for the cookie."""
-    shown = "".join(sign if sign.isprintable() else " " for sign in text)
-    return shown.strip()[:TYPED_LENGTH].strip()
-
-
-def _unreadable(measurement: Measurement, chosen: Units) -> str:
-    """Words for what is no number, with ways to write one: no one's number in particular."""
-    if chosen == "metric":
-        ways = "57.5 or 57,5"
-    elif measurement.name == "stature":
-        ways = "5 ft 6, 5'6\" or 66"
-    elif measurement.unit == "kg":
-        ways = "140 or 140.5"
-    else:
-        ways = "22.5 or 22 1/2"
-    return f"We could not read this as a number. Write it like {ways}."
+def other_unit(
+    measurement: Measurement, value: float, chosen: Units, limits: tuple[float, float]
+) -> tuple[str, float] | None:
+    """The unit in which a number beyond the limits is within them, in words, and that value, SI."""
+    number = units.from_si(value, measurement.unit, chosen)
+    for other in _LOOKS_LIKE[units.SYMBOLS[measurement.unit][chosen]]:
+        meant = number * units.SI_PER[measurement.unit][other]
+        if limits[0] <= meant <= limits[1]:
+            return str(_UNIT_WORDS[other]), meant
+    return None
 
 
 def _camera(given: object, faults: list[Refusal]) -> Camera:

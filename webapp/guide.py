@@ -1,22 +1,207 @@
-"""The words of self-measuring that the table of measurements does not hold."""
+"""The guide to self-measuring: which steps there are, their words and their pictures."""
 
-from model.measurements import BodyKind
-from webapp.forms import FORM
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
-BODY_WORDS: dict[BodyKind, tuple[str, str]] = {
-    "female": ("A woman", "Estimated from women’s bodies"),
-    "male": ("A man", "Estimated from men’s bodies"),
-    "neutral": ("Neither", "Estimated from the mean of both"),
+from flask_babel import gettext, lazy_gettext
+from flask_babel import lazy_gettext as _l
+
+from model.measurements import MEASUREMENTS, BodyKind
+from webapp import readings
+from webapp.answers import LEG, LEG_ENDS, Typed
+from webapp.guide_girths import GIRTHS, Words
+from webapp.guide_lengths import LENGTHS
+from webapp.table_words import ALTERNATIVES, labels
+
+WORDS: Mapping[str, Words] = {**GIRTHS, **LENGTHS}
+
+BODY_WORDS: Mapping[BodyKind, tuple[Any, Any]] = {
+    "female": (_l("A woman"), _l("Estimated from women’s bodies")),
+    "male": (_l("A man"), _l("Estimated from men’s bodies")),
+    "neutral": (_l("Neither"), _l("Estimated from the mean of both")),
 }
 
-FIRST = ("stature", "weight", "bust_girth", "waist_girth", "abdomen_girth", "hip_girth")
-"""What tells most about a body, and what most people know."""
+_ROUND = (
+    "stature",
+    "weight",
+    "bust_girth",
+    "waist_girth",
+    "abdomen_girth",
+    "hip_girth",
+    "thigh_girth",
+    "mid_thigh_girth",
+    "neck_girth",
+    "inseam_height",
+)
+"""In the order in which a tape goes down the body."""
 
-REST = tuple(name for name in FORM if name not in FIRST)
-"""The others, in the table's order."""
+QUICK = tuple(name for name in _ROUND if MEASUREMENTS[name].in_wizard)
+"""What the one form for those who know their numbers asks, of all kinds of body."""
 
-USUAL_MISTAKES = {
-    "waist_girth": "Trousers and skirts often sit lower: their waist is another measurement.",
-    "inseam_height": "The length printed on trousers runs further down; it is not this one.",
+GROUPS: Mapping[str, tuple[Any, tuple[str, ...]]] = {
+    "trunk": (
+        _l("Around the trunk, the neck and the head"),
+        (
+            "bust_girth", "underbust_girth", "waist_girth", "abdomen_girth", "hip_girth",
+            "neck_girth", "head_girth",
+        ),
+    ),
+    "limbs": (
+        _l("Around arms and legs"),
+        (
+            "thigh_girth", "mid_thigh_girth", "knee_girth", "calf_girth", "ankle_girth",
+            "armscye_girth", "upper_arm_girth", "elbow_girth", "lower_arm_girth", "wrist_girth",
+        ),
+    ),
+    "heights": (
+        _l("Heights and weight"),
+        (
+            "stature", "weight", "inseam_height", "foot_height", "waist_height",
+            "waist_to_knee_height", "hip_to_ankle_height", "torso_height", "neck_height",
+        ),
+    ),
+    "lengths": (_l("Over the skin"), tuple(LENGTHS)[:15]),
+}  # fmt: skip
+"""All measurements, as a person looks for them."""
+
+_TRUNK = frozenset(GROUPS["trunk"][1]) - {"neck_girth", "head_girth"}
+
+WEAR: Mapping[str, Any] = {
+    "trunk": _l("Over thin, close-fitting underwear or bare skin; no belt, empty pockets."),
+    "bust": _l("On bare skin or over a thin bra without padding."),
+    "skin": _l("On bare skin."),
+    "feet": _l("Without shoes and thick socks."),
+    "light": _l("Without shoes, in light clothes."),
 }
-"""Where people measure something else, in one sentence."""
+
+TAPE: Mapping[str, Any] = {
+    "trunk": _l(
+        "Level all the way round: a mirror shows it. Snug on the skin, not tight, and nothing "
+        "added for comfort. Read it at the end of a quiet breath out."
+    ),
+    "limb": _l("Square to the limb, snug on the skin, not tight. Muscles are loose."),
+    "length": _l("Along the skin, flat, neither pulled nor slack."),
+    "height": _l("Straight and upright, beside the body and not along it."),
+}
+
+BUILDS: Sequence[tuple[str, float]] = (("slim", 23.0), ("medium", 29.0), ("broad", 1e9))
+"""The builds that are drawn, each up to a body-mass index half-way to the next, in kg/m²."""
+
+PLACES: Mapping[str, tuple[tuple[str, Any], ...]] = {
+    "waist_girth": (
+        ("waist_girth", _l("Where I am narrowest")),
+        ("abdomen_girth", _l("At the navel")),
+    ),
+    "abdomen_girth": (
+        ("abdomen_girth", _l("At the navel, where the belly is fullest")),
+        ("waist_girth", _l("Where I am narrowest")),
+    ),
+    "bust_girth": (
+        ("bust_girth", _l("Over the fullest part")),
+        ("underbust_girth", _l("Directly under the bust")),
+    ),
+    "underbust_girth": (
+        ("underbust_girth", _l("Directly under the bust")),
+        ("bust_girth", _l("Over the fullest part")),
+    ),
+}
+"""Where else people lay the tape who are asked for a measurement, and what they measure then."""
+
+LEG_WORDS: Mapping[str, tuple[Any, Any]] = {
+    "floor": (_l("The floor"), _l("From the crotch to the floor, without shoes")),
+    "ankle": (_l("The ankle bone"), _l("From the crotch to the bone on the outside of the ankle")),
+    "trousers": (
+        _l("It is the number on my trousers"),
+        _l("As L32 or 32/34: the leg's length in inches"),
+    ),
+}
+
+_LEG_PICTURES: Mapping[str, Any] = {
+    "floor": _l("A line beside the leg from the crotch to the floor."),
+    "ankle": _l("A line beside the leg from the crotch to the ankle bone."),
+    "trousers": _l("A line beside the leg from the crotch to a little above the floor."),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A picture of the guide: its file under ``static/``, its size in pixels, and its words."""
+
+    file: str
+    width: int
+    height: int
+    words: str
+
+
+def steps(body: str) -> tuple[str, ...]:
+    """The measurements that the wizard asks one kind of body, in order.
+
+    They are the paper's final seven of each sex (its Table 4), which share six; with weight and the
+    inside leg. Our own repetition of its selection chooses less telling ones (docs/paper.md).
+    """
+    return tuple(name for name in _ROUND if (body or "neutral") in MEASUREMENTS[name].in_wizard)
+
+
+def build(typed: Typed) -> str:
+    """The drawn build that comes nearest to a person's; the medium one until it is known."""
+    stature, weight = typed.values("stature"), typed.values("weight")
+    if not (stature and weight) or typed.body in ("", "neutral"):
+        return "medium"
+    index = readings.middle(weight) / readings.middle(stature) ** 2
+    return next(name for name, most in BUILDS if index < most)
+
+
+def picture(name: str, typed: Typed) -> Picture:
+    """A measurement's tape on a body like theirs."""
+    body = typed.body or "neutral"
+    views = ALTERNATIVES[name].views
+    return Picture(
+        f"guide/{name}_{body}_{build(typed)}.webp",
+        328 * views - 8,
+        400,
+        gettext("%(label)s: %(what)s", label=labels()[name], what=WORDS[name].what)
+        + " "
+        + str(ALTERNATIVES[name].words),
+    )
+
+
+def leg_pictures(typed: Typed) -> dict[str, Picture]:
+    """The inside leg down to each place that people measure it to."""
+    body, drawn = typed.body or "neutral", build(typed)
+    return {
+        end: Picture(
+            f"guide/inside_leg_{end}_{body}_{drawn}.webp", 320, 400, str(_LEG_PICTURES[end])
+        )
+        for end in LEG_ENDS
+    }
+
+
+def wear(name: str) -> Any:
+    """What to wear for a measurement."""
+    if name in ("bust_girth", "underbust_girth"):
+        return WEAR["bust"]
+    if name == "weight":
+        return WEAR["light"]
+    if MEASUREMENTS[name].kind == "height":
+        return WEAR["feet"]
+    if name in _TRUNK or name in ("rise_length", "glute_length", "front_lower_trunk_length"):
+        return WEAR["trunk"]
+    return WEAR["skin"]
+
+
+def tape(name: str) -> Any:
+    """How the tape is held; "" for a scale."""
+    kind = MEASUREMENTS[name].kind
+    if kind == "mass":
+        return ""
+    if kind == "girth":
+        return TAPE["trunk" if name in _TRUNK else "limb"]
+    return TAPE["height" if kind == "height" else "length"]
+
+
+def helper(name: str) -> Any:
+    """Whether it takes two, and what to do alone."""
+    if MEASUREMENTS[name].helper_needed and name != LEG:
+        return lazy_gettext("Best done by someone else.") + " " + WORDS[name].alone
+    return WORDS[name].alone

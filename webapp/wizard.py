@@ -1,73 +1,376 @@
-"""The page where measurements are typed.
+"""The wizard: one measurement a page, a review, and one form for those who know their numbers.
 
 What was typed is kept, exactly as typed, in the signed session cookie: nothing is lost by an error,
-by going back or by changing units, and the server remembers nobody.
+by going back or by changing units or language, and the server remembers nobody.
 """
 
 from collections.abc import Sequence
+from typing import Any
+from urllib.parse import urlsplit
 
-from flask import Blueprint, flash, redirect, render_template, request, session, url_for
+from flask import (
+    Blueprint,
+    Response,
+    abort,
+    current_app,
+    flash,
+    redirect,
+    render_template,
+    request,
+    session,
+    url_for,
+)
+from flask.sessions import SecureCookieSessionInterface
+from flask_babel import gettext as _
 from flask_wtf.csrf import CSRFError
-from werkzeug.wrappers import Response
+from werkzeug.wrappers import Response as AnyResponse
 
 from model.measurements import MEASUREMENTS
-from webapp import guide
+from webapp import guide, readings, table_words
+from webapp.answers import LEG, LEG_ENDS, Typed
 from webapp.avatars import limits
-from webapp.forms import Refusal, Refused, Typed
+from webapp.forms import Refusal, Refused
+from webapp.language import LANGUAGES
 from webapp.units import UNITS, symbols
 
 bp = Blueprint("wizard", __name__)
 
+Page = str | AnyResponse | tuple[str, int]
+
+COOKIE = 3800
+"""Bytes of the session's cookie at most: browsers keep 4,096, its name and attributes included."""
+
+THEN = ("review", "more")
+"""Where a step that was not come to in turn leads back to."""
+
 
 @bp.get("/")
-def form() -> str:
-    """The form, with what was typed earlier."""
-    return _page(Typed.of(session.get("typed", {})))
+def start() -> str:
+    """Who it is for, and in which units."""
+    return _start(_typed())
 
 
 @bp.post("/")
-def answer() -> Response | tuple[str, int]:
-    """Keep what was typed; then other units, messages, or the body."""
-    typed = Typed.of(request.form)
+def begin() -> Page:
+    """Keep who it is for; then the first measurement."""
+    typed = _typed()
+    given = Typed.of(request.form)
+    typed = typed.in_units(given.units).with_body(given.body)
+    _remember(typed)
+    if _speaks():
+        return redirect(url_for("wizard.start"), 303)
+    if not typed.body:
+        return _start(typed, [Refusal("body", "required", _("Choose one of the three."))]), 422
+    return redirect(url_for("wizard.step", name=guide.steps(typed.body)[0]), 303)
+
+
+@bp.get("/measure/<name>")
+def step(name: str) -> Page:
+    """One measurement: its words, its picture, its number."""
+    if name not in MEASUREMENTS:
+        abort(404)
+    typed = _typed()
+    if not typed.body:
+        flash(_("Before you measure: who is it for?"))
+        return redirect(url_for("wizard.start"), 303)
+    return _step(name, typed)
+
+
+@bp.post("/measure/<name>")
+def measured(name: str) -> Page:
+    """Keep one measurement's readings; then what the pressed button says."""
+    if name not in MEASUREMENTS:
+        abort(404)
+    typed = _given(name)
+    here = url_for("wizard.step", name=name, then=_then() or None)
     if (chosen := request.form.get("switch_to")) in UNITS:
-        session["typed"] = typed.in_units(chosen).fields()
+        _remember(typed.in_units(chosen))
+        return redirect(here, 303)
+    if _speaks():
+        _remember(typed)
+        return redirect(here, 303)
+    if "skip" in request.form:
+        _remember(typed.with_texts(name, ()))
+        return redirect(_onward(name, typed), 303)
+    _remember(typed)
+    if not typed.body:
+        return redirect(url_for("wizard.start"), 303)
+    faults = _faults(name, typed)
+    if faults:
+        return _step(name, typed, faults), 422
+    values = typed.values(name)
+    if readings.differ(name, values) and "enough" not in request.form:
+        return redirect(here + "#third", 303)
+    elsewhere = request.form.get("place", name)
+    if elsewhere != name and elsewhere in dict(guide.PLACES.get(name, ())) and typed.texts(name):
+        typed, fault = _moved(name, elsewhere, typed)
+        if fault:
+            return _step(name, typed, [fault]), 422
+        _remember(typed)
+    return redirect(_onward(name, typed), 303)
+
+
+@bp.get("/measure")
+def more() -> Page:
+    """All measurements, to choose from."""
+    typed = _typed()
+    if not typed.body:
+        return redirect(url_for("wizard.start"), 303)
+    return render_template(
+        "wizard/more.html", typed=typed, groups=guide.GROUPS, labels=table_words.labels()
+    )
+
+
+@bp.get("/review")
+def review() -> Page:
+    """What was entered, and what would help most."""
+    typed = _typed()
+    if not typed.body:
+        return redirect(url_for("wizard.start"), 303)
+    names = [name for name in MEASUREMENTS if name in typed.answers]
+    return render_template(
+        "wizard/review.html",
+        typed=typed,
+        names=names,
+        skipped=[name for name in guide.steps(typed.body) if name not in typed.answers],
+        faults={name: found for name in names if (found := _faults(name, typed))},
+        bodies=guide.BODY_WORDS,
+        labels=table_words.labels(),
+        symbols=symbols(typed.units),
+        leg_words=guide.LEG_WORDS,
+    )
+
+
+@bp.get("/numbers")
+def form() -> str:
+    """One form of what most people know, with what was typed earlier."""
+    return _form(_typed())
+
+
+@bp.post("/numbers")
+def answer() -> Page:
+    """Keep what was typed; then other units, messages, or the body."""
+    given = Typed.of(request.form)
+    typed = _typed().with_body(given.body).written_in(given.units, given.leg_to)
+    for name in guide.QUICK:
+        rest = typed.texts(name)[1:] if typed.texts(name)[:1] == given.texts(name)[:1] else ()
+        typed = typed.with_texts(name, (*given.texts(name)[:1], *rest))
+    if (chosen := request.form.get("switch_to")) in UNITS:
+        _remember(typed.in_units(chosen))
         return redirect(url_for("wizard.form", _anchor="units"), 303)
-    session["typed"] = typed.fields()
+    _remember(typed)
+    if _speaks():
+        return redirect(url_for("wizard.form"), 303)
     try:
         typed.read(limits())
     except Refused as refused:
-        return _page(typed, refused.faults), 422
+        return _form(typed, refused.faults), 422
     return redirect(url_for("avatars.page"), 303)
 
 
+@bp.post("/language")
+def speak() -> AnyResponse:
+    """Another language, for a page without a form of its own."""
+    _speaks()
+    parts = urlsplit(request.form.get("page", ""))
+    here = parts.path if parts.path.startswith("/") and not parts.path.startswith("//") else "/"
+    return redirect(here if not parts.netloc else "/", 303)
+
+
 @bp.post("/forget")
-def forget() -> Response:
+def forget() -> AnyResponse:
     """Forget everything that was typed: the next person at this screen sees nothing of it."""
+    language = session.get("language")
     session.clear()
-    flash("Your measurements are forgotten.")
-    return redirect(url_for("wizard.form"), 303)
+    if language:
+        session["language"] = language
+    flash(_("Your measurements are forgotten."))
+    return redirect(url_for("wizard.start"), 303)
 
 
 @bp.app_errorhandler(CSRFError)
-def stale(error: CSRFError) -> tuple[str, int]:
+def stale(error: CSRFError) -> tuple[str, int] | Response:
     """A form whose session has ended is shown again, with what was typed into it."""
-    message = "This page had been open for long, so we ask you to press the button once more."
-    return _page(Typed.of(request.form), notice=message), error.code or 400
+    code = error.code or 400
+    notice = _("This page had been open for long, so we ask you to press the button once more.")
+    if request.endpoint == "wizard.begin":
+        return _start(Typed.of(request.form), notice=notice), code
+    if request.endpoint == "wizard.measured":
+        name = (request.view_args or {}).get("name", "")
+        given = Typed.of(request.form)
+        if name in MEASUREMENTS and given.body:
+            return _step(name, given, notice=notice), code
+        return _start(given, notice=notice), code
+    return _form(Typed.of(request.form), notice=notice), code
 
 
-def _page(typed: Typed, faults: Sequence[Refusal] = (), notice: str = "") -> str:
-    """The form with the person's answers and, at their fields, what could not be used."""
-    order = ("body", *guide.FIRST, *guide.REST)
+# ---- what a person typed ------------------------------------------------------------------------
+
+
+def _typed() -> Typed:
+    """What the session keeps."""
+    return Typed.of(session.get("typed", {}))
+
+
+def _remember(typed: Typed) -> None:
+    """Keep it in the session: as typed, or shorter where the cookie would not hold it."""
+    for kept in (typed, typed.shortest(), typed.shortest().once()):
+        session["typed"] = kept.fields()
+        if _cookie_bytes() <= COOKIE:
+            return
+
+
+def _cookie_bytes() -> int:
+    interface = SecureCookieSessionInterface()
+    signer = interface.get_signing_serializer(current_app)
+    return len(signer.dumps(dict(session))) if signer else 0
+
+
+def _given(name: str) -> Typed:
+    """The session's answers with the posted readings of one measurement."""
+    given = Typed.of(request.form)
+    typed = _typed().written_in(given.units, given.leg_to if name == LEG else "")
+    if not typed.body:
+        typed = typed.with_body(given.body)
+    return typed.with_texts(name, given.texts(name))
+
+
+def _faults(name: str, typed: Typed) -> list[Refusal]:
+    """What cannot be used of one measurement."""
+    faults = typed.faults(name, limits()[typed.kind][name])
+    if name == "stature" and not typed.texts(name):
+        message = _("Enter your height: it is the one measurement we cannot do without.")
+        faults.append(Refusal(name, "required", message))
+    return faults
+
+
+def _moved(name: str, elsewhere: str, typed: Typed) -> tuple[Typed, Refusal | None]:
+    """The readings as another measurement's, which they are; unless that has other ones."""
+    texts = typed.texts(name)
+    there = typed.texts(elsewhere)
+    label = table_words.label(elsewhere)
+    if there and there != texts:
+        message = _(
+            "You entered your %(label)s already: %(value)s. Change it there, or leave this empty.",
+            label=label,
+            value=there[0],
+        )
+        return typed, Refusal(name, "entered_already", message)
+    flash(_("We keep that as: %(label)s.", label=label))
+    return typed.with_texts(name, ()).with_texts(elsewhere, texts), None
+
+
+def _speaks() -> bool:
+    """Whether another language was asked for, which is kept."""
+    chosen = request.form.get("language")
+    if chosen in LANGUAGES:
+        session["language"] = chosen
+        return True
+    return False
+
+
+# ---- where one goes -----------------------------------------------------------------------------
+
+
+def _then() -> str:
+    """Where this step was come to from, if not in turn."""
+    then = request.values.get("then", "")
+    return then if then in THEN else ""
+
+
+def _onward(name: str, typed: Typed) -> str:
+    """The page after a measurement."""
+    if _then():
+        return url_for(f"wizard.{_then()}")
+    order = guide.steps(typed.body)
+    if name not in order:
+        return url_for("wizard.more")
+    after = order.index(name) + 1
+    if after == len(order):
+        return url_for("wizard.review")
+    return url_for("wizard.step", name=order[after])
+
+
+def _back(name: str, typed: Typed) -> str:
+    """The page before a measurement."""
+    if _then():
+        return url_for(f"wizard.{_then()}")
+    order = guide.steps(typed.body)
+    if name not in order:
+        return url_for("wizard.more")
+    before = order.index(name) - 1
+    if before < 0:
+        return url_for("wizard.start")
+    return url_for("wizard.step", name=order[before])
+
+
+# ---- pages --------------------------------------------------------------------------------------
+
+
+def _start(typed: Typed, faults: Sequence[Refusal] = (), notice: str = "") -> str:
+    return render_template(
+        "wizard/start.html",
+        typed=typed,
+        bodies=guide.BODY_WORDS,
+        faults=faults,
+        messages={fault.field: fault.message for fault in faults},
+        labels={"body": _("Who it is for")},
+        notice=notice,
+    )
+
+
+def _step(name: str, typed: Typed, faults: Sequence[Refusal] = (), notice: str = "") -> str:
+    order = guide.steps(typed.body)
+    texts = typed.texts(name)
+    values = typed.values(name)
+    fields = [name, *(f"{name}:{number}" for number in range(2, readings.MOST + 1))]
+    return render_template(
+        "wizard/step.html",
+        name=name,
+        typed=typed,
+        texts=[*texts, *[""] * (readings.MOST - len(texts))],
+        fields=fields,
+        third=readings.differ(name, values) or len(texts) == readings.MOST,
+        differ=readings.differ(name, values),
+        row=MEASUREMENTS[name],
+        label=table_words.label(name),
+        words=guide.WORDS[name],
+        how=table_words.how_to(name),
+        wear=guide.wear(name),
+        tape=guide.tape(name),
+        helper=guide.helper(name),
+        picture=guide.picture(name, typed),
+        leg=LEG_ENDS if name == LEG else (),
+        leg_words=guide.LEG_WORDS,
+        leg_pictures=guide.leg_pictures(typed) if name == LEG else {},
+        places=guide.PLACES.get(name, ()),
+        symbols=symbols(typed.units),
+        number=order.index(name) + 1 if name in order else 0,
+        count=len(order),
+        then=_then(),
+        back=_back(name, typed),
+        faults=faults,
+        messages={fault.field: fault.message for fault in faults},
+        labels=table_words.labels(),
+        notice=notice,
+    )
+
+
+def _form(typed: Typed, faults: Sequence[Refusal] = (), notice: str = "") -> str:
+    order: list[Any] = ["body", *guide.QUICK, *MEASUREMENTS]
     return render_template(
         "wizard/form.html",
         typed=typed,
         bodies=guide.BODY_WORDS,
-        first=[MEASUREMENTS[name] for name in guide.FIRST],
-        rest=[MEASUREMENTS[name] for name in guide.REST],
-        mistakes=guide.USUAL_MISTAKES,
+        names=guide.QUICK,
+        others=[name for name in typed.answers if name not in guide.QUICK],
+        rows=MEASUREMENTS,
+        words=guide.WORDS,
+        how_to=table_words.how_to,
+        leg_words=guide.LEG_WORDS,
         symbols=symbols(typed.units),
-        labels={"body": "Who it is for"} | {name: row.label for name, row in MEASUREMENTS.items()},
-        faults=sorted(faults, key=lambda fault: order.index(fault.field)),
+        labels={"body": _("Who it is for")} | table_words.labels(),
+        faults=sorted(faults, key=lambda fault: order.index(fault.field.partition(":")[0])),
         messages={fault.field: fault.message for fault in faults},
         notice=notice,
     )

@@ -18,6 +18,7 @@ def main() -> None:
     commands.add_parser("population", help="build the open population through Anny")
     commands.add_parser("train", help="train the shipped estimators from the shipped population")
     commands.add_parser("measurements", help="write docs/measurements.md with its pictures")
+    commands.add_parser("guide", help="draw the pictures of the wizard's guide, in static/guide/")
     report = commands.add_parser("report", help="write population, paper and validation in docs/")
     report.add_argument(
         "--survey-rows", type=Path, help="the survey's rows, for errors on real people"
@@ -39,6 +40,10 @@ def main() -> None:
         from model.training.measurement_guide import write_guide
 
         write_guide()
+    elif arguments.command == "guide":
+        from model.training.guide_pictures import draw_guide
+
+        draw_guide()
     elif arguments.command == "train":
         from model.training.train import train
 

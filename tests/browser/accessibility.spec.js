@@ -8,7 +8,7 @@ for (const width of [360, 1280]) {
       test.use({ viewport: { width, height: 800 }, colorScheme });
 
       test("the form", async ({ page }) => {
-        await page.goto("/");
+        await page.goto("/numbers");
         expect(await axe(page)).toEqual([]);
       });
 

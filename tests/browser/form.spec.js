@@ -1,4 +1,4 @@
-/** The form: nothing typed is lost, with scripts and without. */
+/** The form of all numbers: nothing typed is lost, with scripts and without. */
 
 import { enter, expect, test } from "./site.js";
 
@@ -12,7 +12,7 @@ const typed = (page) =>
 const units = (page, choice) => page.locator(`button[name="switch_to"][value="${choice}"]`);
 
 async function begin(page) {
-  await page.goto("/");
+  await page.goto("/numbers");
   await page.locator("#body-male").check();
   await page.locator("#stature").fill("180");
   await page.locator("#hip_girth").fill("101,5");
@@ -45,7 +45,7 @@ test("units change in place, keep the focus, and come back to what was typed", a
 test("units change although the script's way to the server fails", async ({ page, complaints }) => {
   complaints.expect(/Failed to load resource/);
   await begin(page);
-  await page.route("/", (route, request) =>
+  await page.route("/numbers", (route, request) =>
     request.resourceType() === "fetch" ? route.abort() : route.continue(),
   );
   await units(page, "imperial").click();

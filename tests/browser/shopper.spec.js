@@ -48,7 +48,7 @@ async function checkFile(page, file) {
 for (const width of [360, 1280]) {
   test(`from the form to the file by keyboard alone, ${width} pixels wide`, async ({ page }) => {
     await page.setViewportSize({ width, height: 800 });
-    await page.goto("/");
+    await page.goto("/numbers");
     const { body, ...values } = WOMAN;
     await tabTo(page, 'input[name="body"]');
     await page.keyboard.press("Space");

@@ -44,9 +44,9 @@ export const WOMAN = {
   thigh_girth: "58",
 };
 
-/** Fill in the form with the pointer and send it. */
+/** Fill in the form of all numbers with the pointer and send it. */
 export async function enter(page, person = WOMAN) {
-  await page.goto("/");
+  await page.goto("/numbers");
   const { body, ...values } = person;
   if (body) await page.locator(`input[name="body"][value="${body}"]`).check();
   for (const [name, value] of Object.entries(values)) {

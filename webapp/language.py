@@ -1,0 +1,57 @@
+"""Languages: English, which the texts are written in, and Portuguese.
+
+Pages follow the person's choice, then what their browser prefers. The interface for programs speaks
+English. Texts are found by ``make words``, which also compiles the translations.
+"""
+
+from collections.abc import Mapping
+
+from babel.numbers import get_decimal_symbol
+from flask import Flask, Response, request, session
+from flask_babel import Babel, get_locale
+
+LANGUAGES: Mapping[str, str] = {"en": "English"}
+"""Each language's own name for itself."""
+
+TAGS: Mapping[str, str] = {"en": "en-GB", "pt": "pt-PT"}
+"""What a page says of its language."""
+
+
+def choose() -> str:
+    """The language of the answer to this request."""
+    if request.path.startswith("/api/"):
+        return "en"
+    chosen = session.get("language")
+    if chosen in LANGUAGES:
+        return str(chosen)
+    return request.accept_languages.best_match(list(LANGUAGES)) or "en"
+
+
+def language() -> str:
+    """The language of this page."""
+    return str(get_locale() or "en")
+
+
+def decimal(text: str) -> str:
+    """A number, written with a point, as the page's language writes it."""
+    return text.replace(".", get_decimal_symbol(get_locale() or "en"))
+
+
+def set_up(app: Flask) -> None:
+    """Texts in the language of each request."""
+    Babel(app, default_translation_directories="translations", locale_selector=choose)
+    app.jinja_env.globals |= {
+        "languages": LANGUAGES,
+        "language": language,
+        "language_tag": lambda: TAGS[language()],
+    }
+    app.add_template_filter(decimal)
+    app.after_request(_told)
+
+
+def _told(response: Response) -> Response:
+    """Pages say which language they are in, and what that depends on."""
+    if response.mimetype == "text/html":
+        response.headers["Content-Language"] = TAGS[language()]
+        response.vary.update(["Accept-Language", "Cookie"])
+    return response
