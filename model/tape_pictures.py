@@ -149,7 +149,11 @@ def tape_picture(body: Body, name: str, path: Floats, *, panel: tuple[int, int] 
     return _webp(picture)
 
 
-LEG_ENDS: Mapping[str, float | None] = {"floor": 0.0, "ankle": None, "trousers": TROUSERS_SHORT_OF_FLOOR}
+LEG_ENDS: Mapping[str, float | None] = {
+    "floor": 0.0,
+    "ankle": None,
+    "trousers": TROUSERS_SHORT_OF_FLOOR,
+}
 """Down to where people measure an inside leg, as a height in metres; None: the ankle's own."""
 
 

@@ -120,6 +120,10 @@ class Typed:
         converted = self if chosen == self.units else self.in_units(chosen)
         return replace(converted, leg_to=leg_to) if leg_to else converted
 
+    def keeping(self, name: str) -> Self:
+        """The same, with one value looked at again and kept."""
+        return replace(self, kept=self.kept | {name})
+
     def in_units(self, new: Units) -> Self:
         """The same answers written in other units."""
 

@@ -22,6 +22,7 @@ from model.anthropometry import ImpossibleBodyError, Measured, measure
 from model.cameras import Side
 from model.estimators import Estimator
 from model.gltf import to_glb
+from model.law import TAPE_NOISE
 from model.measurements import MEASUREMENTS, BodyKind, MeasurementSet
 from model.morph_targets import morph_targets
 from model.rendering import RenderingUnavailable, render_png, render_webp
@@ -100,7 +101,8 @@ def make_avatar(wanted: AvatarRequest) -> Avatar:
         measured = measure(body)
     except ImpossibleBodyError:
         raise Refused([Refusal("measurements", "contradictory", CONTRADICTORY)]) from None
-    ranges = estimator.ranges(wanted.asked, measured.values)
+    noise = {**TAPE_NOISE, **wanted.noise} if wanted.noise else None
+    ranges = estimator.ranges(wanted.asked, measured.values, noise=noise)
     return Avatar(wanted, estimator, body, measured, ranges)
 
 

@@ -199,7 +199,7 @@ def page() -> str | AnyResponse:
     """The page on which photos become outlines."""
     wanted = shown_request()
     if wanted is None:
-        return redirect(url_for("wizard.form"), 303)
+        return redirect(url_for("wizard.start"), 303)
     return _page(wanted)
 
 
@@ -212,7 +212,7 @@ def answer() -> Response | AnyResponse | str | tuple[str, int]:
     if wanted is None:
         if as_json:
             raise Refused([Refusal("avatar", "required", "Please enter your measurements first.")])
-        return redirect(url_for("wizard.form"), 303)
+        return redirect(url_for("wizard.start"), 303)
     try:
         wanted = _with_camera(wanted)
         masks = masks_sent()

@@ -125,9 +125,7 @@ GIRTHS: Mapping[str, Words] = {
         _l("Over the bone it is more. The tape lies on the hand's side of it."),
     ),
     "armscye_girth": Words(
-        _l(
-            "Around one shoulder, as a sleeve's seam runs: over its top and through the armpit."
-        ),
+        _l("Around one shoulder, as a sleeve's seam runs: over its top and through the armpit."),
         _l("With the arm lifted it is another number. Let the arm hang while you read."),
         _l("Alone: a tight shirt whose seams lie there can be measured along its armhole instead."),
     ),

@@ -14,6 +14,7 @@ from flask import (
     abort,
     current_app,
     flash,
+    jsonify,
     redirect,
     render_template,
     request,
@@ -26,9 +27,9 @@ from flask_wtf.csrf import CSRFError
 from werkzeug.wrappers import Response as AnyResponse
 
 from model.measurements import MEASUREMENTS
-from webapp import guide, readings, table_words
+from webapp import checks, guide, readings, table_words
 from webapp.answers import LEG, LEG_ENDS, Typed
-from webapp.avatars import limits
+from webapp.avatars import estimators, limits
 from webapp.forms import Refusal, Refused
 from webapp.language import LANGUAGES
 from webapp.units import UNITS, symbols
@@ -95,6 +96,10 @@ def measured(name: str) -> Page:
     _remember(typed)
     if not typed.body:
         return redirect(url_for("wizard.start"), 303)
+    if changed := _accepted(name, typed):
+        typed, name_now = changed
+        _remember(typed)
+        return redirect(_onward(name, typed) if name_now == name else here, 303)
     faults = _faults(name, typed)
     if faults:
         return _step(name, typed, faults), 422
@@ -107,7 +112,23 @@ def measured(name: str) -> Page:
         if fault:
             return _step(name, typed, [fault]), 422
         _remember(typed)
+        return redirect(_onward(name, typed), 303)
+    if name in _questions(typed):
+        if request.form.get("seen", "") != " ".join(typed.texts(name)):
+            return redirect(here + "#check", 303)
+        _remember(typed.keeping(name))
     return redirect(_onward(name, typed), 303)
+
+
+@bp.post("/check/<name>")
+def check(name: str) -> AnyResponse:
+    """What is said about a number while it is typed: nothing of it is kept."""
+    if name not in MEASUREMENTS:
+        abort(404)
+    typed = _given(name)
+    faults = _faults(name, typed) if typed.texts(name) else []
+    said = render_template("wizard/_check.html", **_checked(name, typed, faults))
+    return jsonify(faults=[fault.message for fault in faults], said=said)
 
 
 @bp.get("/measure")
@@ -128,11 +149,19 @@ def review() -> Page:
     if not typed.body:
         return redirect(url_for("wizard.start"), 303)
     names = [name for name in MEASUREMENTS if name in typed.answers]
+    estimator = estimators()[typed.kind]
     return render_template(
         "wizard/review.html",
         typed=typed,
         names=names,
-        skipped=[name for name in guide.steps(typed.body) if name not in typed.answers],
+        skipped={
+            name: checks.estimate(name, typed, estimator)
+            for name in guide.steps(typed.body)
+            if name not in typed.answers
+        },
+        questions=_questions(typed),
+        best=checks.best_next(typed, estimator) if "stature" in typed.answers else [],
+        repeats=checks.repeats(typed),
         faults={name: found for name in names if (found := _faults(name, typed))},
         bodies=guide.BODY_WORDS,
         labels=table_words.labels(),
@@ -244,6 +273,41 @@ def _faults(name: str, typed: Typed) -> list[Refusal]:
     return faults
 
 
+def _accepted(name: str, typed: Typed) -> tuple[Typed, str] | None:
+    """The answers after a proposal was accepted, and the measurement that it was accepted for."""
+    if "keep" in request.form and typed.texts(name):
+        return (typed.keeping(name), name) if not _faults(name, typed) else None
+    if use := request.form.get("use"):
+        changed = typed.with_texts(name, [use])
+        return (changed, name) if not _faults(name, changed) else None
+    if (end := request.form.get("leg")) in LEG_ENDS and name == LEG:
+        return typed.written_in(typed.units, str(end)), name
+    if (there := request.form.get("move", "")) in MEASUREMENTS and there != name:
+        changed, fault = _moved(name, there, typed)
+        return (changed, there) if fault is None else None
+    return None
+
+
+def _questions(typed: Typed) -> dict[str, checks.Question]:
+    """The values that may want another look."""
+    return checks.questions(typed, estimators()[typed.kind])
+
+
+def _checked(name: str, typed: Typed, faults: Sequence[Refusal]) -> dict[str, Any]:
+    """What is said about a measurement's number, for its template."""
+    if faults:
+        question = checks.beyond_limits(name, typed, limits()[typed.kind])
+    else:
+        question = _questions(typed).get(name)
+    return {
+        "question": question,
+        "fine": "" if faults or question else checks.sits_well(name, typed),
+        "texts": typed.texts(name),
+        "labels": table_words.labels(),
+        "leg_words": guide.LEG_WORDS,
+    }
+
+
 def _moved(name: str, elsewhere: str, typed: Typed) -> tuple[Typed, Refusal | None]:
     """The readings as another measurement's, which they are; unless that has other ones."""
     texts = typed.texts(name)
@@ -330,6 +394,8 @@ def _step(name: str, typed: Typed, faults: Sequence[Refusal] = (), notice: str =
         typed=typed,
         texts=[*texts, *[""] * (readings.MOST - len(texts))],
         fields=fields,
+        checked=_checked(name, typed, faults),
+        price=checks.estimate(name, typed, estimators()[typed.kind]) if name != "stature" else "",
         third=readings.differ(name, values) or len(texts) == readings.MOST,
         differ=readings.differ(name, values),
         row=MEASUREMENTS[name],
