@@ -17,7 +17,7 @@ settings.load_profile("any-speed")
 
 SETTINGS = {
     "TESTING": True,
-    "SECRET_KEY": "of the tests",
+    "SECRET_KEY": "of the tests, and no secret",
     "SESSION_COOKIE_SECURE": False,
     "RATELIMIT_ENABLED": False,
 }

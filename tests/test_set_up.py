@@ -186,10 +186,7 @@ def test_make_alone_lists_every_command():
 
 def test_the_server_is_the_one_of_the_procfile():
     procfile = (ROOT / "Procfile").read_text()
-    assert re.match(
-        r"web: .*\bgunicorn .*--worker-class gthread .*--preload .*'webapp:create_app\(\)'",
-        procfile,
-    )
+    assert procfile == "web: gunicorn --config webapp/server.py 'webapp:create_app()'\n"
     assert "Procfile" in (ROOT / "Makefile").read_text()
 
 

@@ -10,12 +10,32 @@ from gunicorn.config import Config
 from gunicorn.http import errors as gunicorn_errors
 from gunicorn.http.parser import RequestParser
 
-from webapp import create_app, environment
+from webapp import create_app
+from webapp.settings import check_key, environment
 
 
 def test_a_site_without_a_secret_key_refuses_to_start():
     with pytest.raises(RuntimeError, match="SECRET_KEY"):
         create_app({"SECRET_KEY": ""})
+
+
+@pytest.mark.parametrize("key", ["secret", "Change-Me!", "change_me_12345678901", "fourteen chars"])
+def test_a_deployed_site_refuses_a_key_that_is_no_secret(key):
+    with pytest.raises(RuntimeError, match="SECRET_KEY"):
+        create_app({"SECRET_KEY": key, "FITTING_ROOM_LOCAL": False})
+    check_key(key, local=True)
+    check_key("9b1f0c6a5d7e8f42", local=False)
+
+
+def test_a_former_key_is_still_read(make_site):
+    old = make_site(SECRET_KEY="the key of last year").test_client()
+    old.send(body="male", stature="180")
+    cookie = old.get_cookie("fitting_room").value
+    for former, location in ((["the key of last year"], "/avatar.glb"), ([], None)):
+        new = make_site(SECRET_KEY="the key of this year", SECRET_KEY_FALLBACKS=former)
+        client = new.test_client()
+        client.set_cookie("fitting_room", cookie)
+        assert client.get("/avatar.glb").status_code == (200 if location else 404)
 
 
 def test_a_deployed_site_takes_its_key_from_the_environment_and_has_no_other():
@@ -89,6 +109,7 @@ def test_every_answer_has_the_security_headers(client, path):
         "frame-ancestors 'none'",
     ):
         assert rule in policy.split("; ")
+    assert headers["Strict-Transport-Security"] == "max-age=31536000"
     assert headers["X-Content-Type-Options"] == "nosniff"
     assert headers["Cross-Origin-Opener-Policy"] == "same-origin"
     assert "camera=()" in headers["Permissions-Policy"]

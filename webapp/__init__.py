@@ -1,14 +1,15 @@
 """The Fitting Room's site: reads requests, calls the model, writes responses."""
 
 import contextlib
+import hmac
 import io
+import ipaddress
 import os
-import secrets
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
-from flask import Flask, jsonify, render_template, request
+from flask import Flask, current_app, render_template, request
 from flask.json.provider import DefaultJSONProvider
 from flask_limiter import Limiter, RateLimitExceeded
 from flask_limiter.util import get_remote_address
@@ -19,51 +20,28 @@ from werkzeug.wrappers import Response
 
 from model.estimators import load_estimators
 from model.rendering import RenderingUnavailable
-from model.template_mesh import DATA
-from webapp import api, avatars, comparisons, delivery, language, units, wizard
+from webapp import (
+    api,
+    avatars,
+    comparisons,
+    delivery,
+    health,
+    language,
+    logs,
+    metrics,
+    overload,
+    units,
+    wizard,
+)
 from webapp.forms import Refused
+from webapp.headers import secure
+from webapp.sessions import ClockProofSessions
+from webapp.settings import check_key, environment
 
 if TYPE_CHECKING:
     from _typeshed.wsgi import StartResponse, WSGIApplication, WSGIEnvironment
 
 ROOT = Path(__file__).parent.parent
-
-CONTENT_SECURITY_POLICY = {
-    "default-src": "'self'",
-    "script-src": "'self'",
-    "style-src": "'self'",
-    "img-src": "'self' blob: data:",
-    # The promise that nothing of a shopper goes elsewhere, kept by the browser.
-    "connect-src": "'self'",
-    "worker-src": "'self'",
-    "form-action": "'self'",
-    "object-src": "'none'",
-    "base-uri": "'none'",
-    "frame-ancestors": "'none'",
-}
-SECURITY_HEADERS = {
-    "Content-Security-Policy": "; ".join(
-        f"{what} {whence}" for what, whence in CONTENT_SECURITY_POLICY.items()
-    ),
-    "X-Content-Type-Options": "nosniff",
-    # Forms over https are checked against the referrer, so our own pages must send one.
-    "Referrer-Policy": "same-origin",
-    "Cross-Origin-Opener-Policy": "same-origin",
-    "Cross-Origin-Resource-Policy": "same-origin",
-    "Permissions-Policy": "camera=(), microphone=(), geolocation=(), payment=(), usb=()",
-}
-
-PHOTO_HEADERS = {
-    # What finds people in photos is WebAssembly, and it asks for the camera: where it runs alone.
-    "Content-Security-Policy": SECURITY_HEADERS["Content-Security-Policy"].replace(
-        "script-src 'self'", "script-src 'self' 'wasm-unsafe-eval'"
-    ),
-    "Permissions-Policy": SECURITY_HEADERS["Permissions-Policy"].replace(
-        "camera=()", "camera=(self)"
-    ),
-}
-PHOTO_PAGE = "comparisons.page"
-PHOTO_WORKER = "build/photos/worker.js"
 
 HEARD_OUT = 64 * 2**20
 PIECE = 2**16
@@ -109,13 +87,15 @@ def create_app(settings: Mapping[str, Any] | None = None) -> Flask:
     Raises
     ------
     RuntimeError
-        If there is no secret key and the site is not said to be local.
+        If there is no secret key, or one that is no secret and the site is not said to be local.
+    FileNotFoundError, ValueError
+        If a file of the estimators is missing or damaged; the message names it.
     """
     app = Flask(__name__, template_folder=ROOT / "templates", static_folder=ROOT / "static")
     app.config.update(environment(os.environ))
     app.config.update(settings or {})
-    if not app.config["SECRET_KEY"]:
-        raise RuntimeError("SECRET_KEY must be set: it signs what shoppers' browsers keep")
+    check_key(app.config["SECRET_KEY"], local=app.config["FITTING_ROOM_LOCAL"])
+    app.session_interface = ClockProofSessions()
     app.jinja_options = {"trim_blocks": True, "lstrip_blocks": True}
     if app.config["TRUSTED_PROXIES"]:
         hops = app.config["TRUSTED_PROXIES"]
@@ -124,18 +104,25 @@ def create_app(settings: Mapping[str, Any] | None = None) -> Flask:
         )
 
     app.wsgi_app = careful_reading(app.wsgi_app)  # type: ignore[method-assign, assignment]
+    if app.config["METRICS_BIND"]:
+        app.wsgi_app = metrics.beside(  # type: ignore[method-assign, assignment]
+            app.wsgi_app, app.config["METRICS_BIND"]
+        )
     app.json = InTheirOrder(app)
     language.set_up(app)
+    logs.set_up(app)
+    metrics.set_up(app)
 
     app.extensions["estimators"] = load_estimators(Path(app.config["FITTING_ROOM_DATA"]))
     app.request_class = comparisons.InMemory
     app.before_request(comparisons.make_room)  # Before the token of a form is looked for.
     csrf = CSRFProtect(app)
     csrf.exempt(api.bp)
-    limiter = Limiter(get_remote_address, app=app)
-    for blueprint in (wizard.bp, avatars.bp, comparisons.bp, api.bp):
+    limiter = Limiter(sender, app=app)
+    limiter.exempt(health.bp)
+    overload.set_up(app)
+    for blueprint in (health.bp, wizard.bp, avatars.bp, comparisons.bp, api.bp):
         app.register_blueprint(blueprint)
-    app.add_url_rule("/healthz", view_func=limiter.exempt(health))
 
     app.add_template_filter(units.show)
     app.add_template_filter(units.show_signed)
@@ -149,35 +136,17 @@ def create_app(settings: Mapping[str, Any] | None = None) -> Flask:
     return app
 
 
-def environment(variables: Mapping[str, str]) -> dict[str, Any]:
-    """Flask's settings from the environment's variables.
+def sender() -> str:
+    """Whom a request is counted for: a network address that cannot be read from what is kept.
 
-    SECRET_KEY signs the session. FITTING_ROOM_LOCAL=1 is for a server on one's own machine, without
-    https: cookies travel without it, and a key is made up where there is none. TRUSTED_PROXIES
-    counts the proxies in front. FITTING_ROOM_DATA is a folder of estimators with their template, in
-    place of the shipped ones. Variables of Flask-Limiter are named as it names its settings.
+    Of IPv6, which gives everyone a network of their own, the network.
     """
-    local = variables.get("FITTING_ROOM_LOCAL", "0") == "1"
-    return {
-        "SECRET_KEY": variables.get("SECRET_KEY") or (secrets.token_hex(32) if local else ""),
-        "SESSION_COOKIE_NAME": "fitting_room",
-        "SESSION_COOKIE_HTTPONLY": True,
-        "SESSION_COOKIE_SAMESITE": "Lax",
-        "SESSION_COOKIE_SECURE": not local,
-        # The token lives as long as the session: a form may stay open while one looks for a tape.
-        "WTF_CSRF_TIME_LIMIT": None,
-        "FITTING_ROOM_DATA": variables.get("FITTING_ROOM_DATA") or DATA,
-        "MAX_CONTENT_LENGTH": 64 * 1024,
-        "TRUSTED_PROXIES": int(variables.get("TRUSTED_PROXIES") or 0),
-        "RATELIMIT_ENABLED": variables.get("RATELIMIT_ENABLED", "1") not in ("0", "false", ""),
-        "RATELIMIT_STORAGE_URI": variables.get("RATELIMIT_STORAGE_URI") or "memory://",
-        "RATELIMIT_DEFAULT": variables.get("RATELIMIT_DEFAULT") or "600 per minute",
-    }
-
-
-def health() -> Response:
-    """Says that the estimators are loaded: without them the site does not start."""
-    return jsonify(status="ok")
+    address = get_remote_address()
+    with contextlib.suppress(ValueError):
+        if ipaddress.ip_address(address).version == 6:
+            address = str(ipaddress.ip_network(f"{address}/64", strict=False))
+    key = current_app.config["SECRET_KEY"].encode()
+    return hmac.digest(key, address.encode(), "sha256").hex()[:16]
 
 
 def failed(error: HTTPException) -> Response:
@@ -185,7 +154,8 @@ def failed(error: HTTPException) -> Response:
     if request.path.startswith("/api/"):
         return api.problem(error)
     response = error.get_response()
-    response.set_data(render_template("error.html", code=error.code or 500))
+    busy = isinstance(error, overload.Overloaded)
+    response.set_data(render_template("error.html", code="busy" if busy else error.code or 500))
     return response
 
 
@@ -223,8 +193,7 @@ def hear_out(response: Response) -> Response:
 
 def add_headers(response: Response) -> Response:
     """Security for every response; caching for what may be kept and only that."""
-    for name, value in (SECURITY_HEADERS | (PHOTO_HEADERS if _sees_photos() else {})).items():
-        response.headers.setdefault(name, value)
+    secure(response)
     if request.endpoint == "static":
         delivery.keep(response)
     elif request.method == "GET" and request.blueprint == "wizard":
@@ -234,9 +203,3 @@ def add_headers(response: Response) -> Response:
     else:
         response.cache_control.no_store = True
     return response
-
-
-def _sees_photos() -> bool:
-    """Whether the answer is the page that takes photos, or the worker that looks at them."""
-    arguments = request.view_args or {}
-    return request.endpoint == PHOTO_PAGE or arguments.get("filename") == PHOTO_WORKER

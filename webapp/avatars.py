@@ -28,6 +28,7 @@ from model.morph_targets import morph_targets
 from model.rendering import RenderingUnavailable, render_png, render_webp
 from model.tape_fit import fit_to_tape
 from model.template_mesh import Body
+from webapp import metrics
 from webapp.answers import Typed
 from webapp.forms import AvatarRequest, Limits, Refusal, Refused
 
@@ -101,6 +102,15 @@ def make_avatar(wanted: AvatarRequest) -> Avatar:
         measured = measure(body)
     except ImpossibleBodyError:
         raise Refused([Refusal("measurements", "contradictory", CONTRADICTORY)]) from None
+    if wanted.fit == "tape":
+        metrics.fitted(
+            wanted.body,
+            (
+                abs(value - measured.values[name])
+                for name, value in wanted.asked.items()
+                if MEASUREMENTS[name].unit == "m"
+            ),
+        )
     noise = {**TAPE_NOISE, **wanted.noise} if wanted.noise else None
     ranges = estimator.ranges(wanted.asked, measured.values, noise=noise)
     return Avatar(wanted, estimator, body, measured, ranges)
