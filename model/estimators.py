@@ -303,9 +303,7 @@ class Estimator:
         coefficients: Floats = self.linear.law(known) @ np.array(values)
         return coefficients
 
-    def likeliest(
-        self, asked: MeasurementSet, noise: Mapping[str, float] | None = None
-    ) -> Floats:
+    def likeliest(self, asked: MeasurementSet, noise: Mapping[str, float] | None = None) -> Floats:
         """The linear estimate from all measurements, those not asked being as expected: (K,).
 
         What the law of people expects of them holds for people; what bodies of the population
@@ -317,7 +315,9 @@ class Estimator:
         """
         values = np.exp(self.law.given(asked, noise).means)
         if not noise:
-            values = np.array([asked.get(name, own) for name, own in zip(self.names, values, strict=True)])
+            values = np.array(
+                [asked.get(name, own) for name, own in zip(self.names, values, strict=True)]
+            )
         coefficients: Floats = self._whole_law[:, 1:] @ values + self._whole_law[:, 0]
         return coefficients
 

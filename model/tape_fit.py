@@ -1,12 +1,14 @@
 """The tape fit: bends an estimate until it measures what was asked.
 
-Of all bodies that measure what was asked it looks for the one nearest to the mean body in the
-population's own covariance: the likeliest, were coefficients normal. It starts at the linear
-estimate and goes in rounds of Gauss-Newton on the real measuring code; between two rounds
-derivatives are mended by what the last step showed (Broyden 1965, *Mathematics of
-Computation* 19), which is cheaper than taking them anew. Where no body that looks like a
-person measures all that was asked, the fit ends at the edge of what people look like, with
-misses as small as they are there, and tells them.
+Of all bodies that measure what was asked it looks for the one nearest, in the population's own
+covariance, to the body that people with these values have on average: the linear estimate from
+what was asked and, of all other measurements, from what the law of people expects of them. Of
+bodies nearest to the population's mean, what was not asked would drift to what is usual in a
+population that varies more than people do. It starts there and goes in rounds of Gauss-Newton on
+the real measuring code; between two rounds derivatives are mended by what the last step showed
+(Broyden 1965, *Mathematics of Computation* 19), which is cheaper than taking them anew. Where no
+body that looks like a person measures all that was asked, the fit ends at the edge of what people
+look like, with misses as small as they are there, and tells them. Stature gives way last.
 
 Coefficients are written as mean + spread · w: w has unit covariance, and |w| is how far a body
 is from the mean one (Mahalanobis).
@@ -43,6 +45,10 @@ LEAST_GAIN = 0.03
 
 MOST_FAILURES = 3
 """At that edge, after so many steps in turn that lead nowhere there is nowhere to go."""
+
+HELD = 10.0
+"""So many times more than a miss of another value counts one of stature where not all can be met:
+it is the value that people know best, and all others are seen beside it."""
 
 USUAL = 0.999
 """The share of people within an estimator's reach."""
@@ -106,7 +112,8 @@ class _Search:
     w, body, reading : the best body so far and what it measures.
     slopes : ndarray of shape (P, K), derivatives of the pieces by w.
     known : ndarray of shape (P,), the pieces whose derivatives were ever needed.
-    scales : ndarray of shape (n,), each measurement's spread, SI.
+    scales : ndarray of shape (n,), each measurement's spread, SI; of stature less, see `HELD`.
+    centre : ndarray of shape (K,), the body that the fit is to stay near.
     aim, slack : ndarrays of shape (P,), what a piece's tape is to measure, and by how much a
         piece that does not count may pass that.
     reach : how long a step may be.
@@ -134,6 +141,7 @@ class _Search:
         self._learn(self.reading.chosen, self.body, self.reading)
         self.scales = np.linalg.norm(self.slopes[self.reading.chosen], axis=1)
         self.scales = np.maximum(self.scales, 1e-6)
+        self.scales[[name == "stature" for name in asked]] /= HELD
         self.slopes /= self.scales[owner][:, None]
         self.goal = np.array(list(asked.values()))
         self.aim = (self.goal / self.scales)[owner]

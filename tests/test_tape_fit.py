@@ -110,12 +110,12 @@ def test_the_linear_estimate_misses_what_the_fit_meets(estimator) -> None:
 
 @pytest.mark.parametrize("again", [EIGHT, TAKEN], ids=["the same values", "all values"])
 def test_a_fit_of_what_a_fit_measures_is_the_same_body(estimator, again) -> None:
-    """The likeliest body with some values is also the likeliest with all that it measures."""
+    """The likeliest body with some values is nearly the likeliest with all that it measures."""
     asked = only(held_out(estimator.kind)[1][3], EIGHT)
     once = fit_to_tape(estimator, asked)
     twice = fit_to_tape(estimator, only(measure(once.body).values, again))
     assert apart(once.body.vertices, twice.body.vertices) < 0.002
-    assert twice.distance == pytest.approx(once.distance, rel=0.05, abs=0.2)
+    assert twice.distance == pytest.approx(once.distance, rel=0.2, abs=0.2)
 
 
 def test_a_fit_is_the_same_each_time(estimator) -> None:
@@ -159,6 +159,22 @@ def test_what_contradicts_is_told_and_the_body_stays_a_body(estimator, values) -
     assert unmet(fit)
     assert fit.misses == pytest.approx({n: taken[n] - values[n] for n in values}, abs=1e-6)
     assert fit.distance <= fit.furthest * (1 + 1e-9)
+
+
+def test_stature_gives_way_last() -> None:
+    estimator = load_estimators()["female"]
+    values = {"stature": 1.6, "weight": 160.0, "waist_girth": 0.6}
+    fit = fit_to_tape(estimator, MeasurementSet(values))
+    assert abs(fit.misses["waist_girth"]) > 0.1
+    assert abs(fit.misses["stature"]) < 0.005
+
+
+def test_what_is_not_asked_is_as_the_law_of_people_expects(estimator) -> None:
+    asked = only(held_out(estimator.kind)[1][4], EIGHT)
+    taken = measure(fit_to_tape(estimator, asked).body).values
+    given = estimator.law.given(asked)
+    for name in ("calf_girth", "mid_thigh_girth", "wrist_girth", "underbust_girth"):
+        assert abs(given.score(name, taken[name])) < 1, name
 
 
 def test_an_impossible_value_leaves_the_possible_ones_nearly_met() -> None:

@@ -10,6 +10,7 @@ from model.estimators import load_estimators
 from model.geometry import Floats
 from model.measurements import MEASUREMENTS
 from model.training.paper_report import write_paper_report
+from model.training.people_report import people_sections
 from model.training.population import Population, load_population
 from model.training.population_report import table, write_population_report
 from model.training.survey import FROM_SURVEY, INDEX_BANDS, SEXES
@@ -17,7 +18,6 @@ from model.training.train import measure_population
 from model.training.validation import (
     ENTERED,
     Errors,
-    coverage,
     errors_on_bodies,
     errors_on_people,
     held_out_values,
@@ -31,14 +31,15 @@ def write_report(survey_rows: Path | None) -> None:
     """Writes all three documents; the errors on real people need the survey's rows."""
     population = load_population()
     write_population_report(population, DOCS)
-    write_paper_report(population, measure_population(population), DOCS, survey_rows)
-    text = _validation(population, survey_rows)
+    measured = measure_population(population)
+    write_paper_report(population, measured, DOCS, survey_rows)
+    text = _validation(population, measured, survey_rows)
     (DOCS / "validation.md").write_text(text + "\n", encoding="utf-8")
     print(text)
     print(f"wrote {DOCS / 'validation.md'}")
 
 
-def _validation(population: Population, survey_rows: Path | None) -> str:
+def _validation(population: Population, measured: Floats, survey_rows: Path | None) -> str:
     pieces = [
         "# Validation",
         f"Written by `make report`; do not edit. Population of {population.date}, seed "
@@ -46,7 +47,8 @@ def _validation(population: Population, survey_rows: Path | None) -> str:
         "bodies and people.",
         "The linear estimate (the paper's section 4.5) bends no body to the tape: what it "
         "misses of the entered values is what the tape fit closes (`model/tape_fit.py`).",
-        "## Held-out bodies of the population",
+        people_sections(population, measured, survey_rows),
+        "## The linear estimate on held-out bodies of the population",
         _held_out(population),
     ]
     if survey_rows is None:
@@ -55,7 +57,7 @@ def _validation(population: Population, survey_rows: Path | None) -> str:
             '(`make report ARGS="--survey-rows FOLDER"`).'
         )
     else:
-        pieces += ["## Real people", _real(survey_rows, population.seed)]
+        pieces += ["## The linear estimate on real people", _real(survey_rows, population.seed)]
     return "\n\n".join(pieces)
 
 
@@ -86,7 +88,7 @@ def _held_out(population: Population) -> str:
 
 
 def _real(folder: Path, seed: int) -> str:
-    pieces, by_name, covered = [], [], []
+    pieces, by_name = [], []
     people = 0
     estimators = load_estimators()
     for sex in SEXES:
@@ -97,12 +99,8 @@ def _real(folder: Path, seed: int) -> str:
             known = [name for name in entered if name in FROM_SURVEY]
             errors = errors_on_people(estimator, values, entered)
             pieces.append(_summary_row(sex, words, known, errors))
-            shares = coverage(estimator, values, entered)
             if entered is TAKEN:
                 by_name += [_name_row(sex, name, errors.misses[name]) for name in FROM_SURVEY]
-            else:
-                cells = [f"{shares[name]:.2f}" if name in shares else "" for name in FROM_SURVEY]
-                covered.append([sex, words, *cells])
     return "\n\n".join(
         [
             f"{people} people of ANSUR II (soldiers, 17 to 58 years, few very heavy), none of "
@@ -111,8 +109,6 @@ def _real(folder: Path, seed: int) -> str:
             table(_SUMMARY_HEAD, pieces),
             "With everything that they have entered, in mm (weight in kg):",
             table(["", "measurement", "bias", "mean error", "95 %", "largest"], by_name),
-            "How often the printed 80 % range of a value that was not entered holds the truth:",
-            table(["", "entered", *[f"`{name}`" for name in FROM_SURVEY]], covered),
         ]
     )
 

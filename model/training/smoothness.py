@@ -22,8 +22,7 @@ from model.tape_fit import fit_to_tape
 from model.template_mesh import TemplateMesh, load_template_mesh
 from model.training.population import Population, bodies_of
 from model.training.population_report import table
-from model.training.survey import SEXES, SURVEY_TAPES, draw_people, load_statistics
-from model.training.validation import FROM_SURVEY
+from model.training.survey import FROM_SURVEY, SEXES, SURVEY_TAPES, draw_people, load_statistics
 
 PEOPLE = 1000
 """How many are fitted, half of them women."""

@@ -215,6 +215,9 @@ INDEX_BANDS = (16.0, 18.5, 25.0, 30.0, 35.0, 40.0, 51.0)
 """Edges of the bands in which errors are shown, in kg/m²: those of the World Health
 Organization's classes, with room for misses of the weight at the upper end."""
 
+STATURE_BANDS = (1.35, 1.55, 1.65, 1.75, 1.85, 2.15)
+"""Edges of the bands of stature in which errors are shown, in metres."""
+
 WIDE_SHARE = 0.6
 """The share of people whose index is drawn evenly (in its logarithm) over the whole range;
 the others' follows the survey."""

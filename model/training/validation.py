@@ -9,10 +9,19 @@ import numpy as np
 from model.anthropometry import TAKEN, measure_batch
 from model.estimators import Estimator
 from model.geometry import Floats
-from model.measurements import MEASUREMENTS, BodyKind, MeasurementSet
+from model.measurements import MEASUREMENTS, BodyKind
 from model.template_mesh import load_template_mesh
+from model.training.law_fit import survey_people
 from model.training.population import Population, bodies_of
-from model.training.survey import FROM_SURVEY, SURVEY_TAPES, Sex, is_test_person, read_people
+from model.training.survey import (
+    FROM_SURVEY,
+    SEXES,
+    SURVEY_TAPES,
+    Sex,
+    is_test_person,
+    load_statistics,
+    read_people,
+)
 
 ENTERED: Mapping[str, Sequence[str]] = {
     "all that are taken": TAKEN,
@@ -103,6 +112,25 @@ def real_people(folder: Path, sex: Sex, seed: int) -> dict[str, Floats]:
     return values
 
 
+def everyone(folder: Path, sex: Sex) -> dict[str, Floats]:
+    """Measurements of all real people whom nothing was trained or calibrated on, by name."""
+    return dict(zip(FROM_SURVEY, survey_people(folder, sex, test=True).T, strict=True))
+
+
+def people_like_the_survey(sex: Sex, count: int, seed: int) -> dict[str, Floats]:
+    """Measurements of people drawn from the survey's statistics, where its rows are not at hand."""
+    statistics = load_statistics(sex)
+    random = np.random.default_rng([seed, SEXES.index(sex)])
+    logs = random.multivariate_normal(
+        statistics.means, statistics.covariance(), size=count, method="eigh"
+    )
+    columns = dict(zip(statistics.columns, np.exp(logs).T, strict=True))
+    return {
+        name: columns[first] - sum(columns[other] for other in less)
+        for name, (first, *less) in FROM_SURVEY.items()
+    }
+
+
 def errors_on_people(
     estimator: Estimator, values: Mapping[str, Floats], entered: Sequence[str]
 ) -> Errors:
@@ -111,22 +139,3 @@ def errors_on_people(
     _, taken = estimate(estimator, values, known)
     misses = {name: taken[:, TAKEN.index(name)] - values[name] for name in values}
     return Errors(misses=misses, vertices=np.empty(0))
-
-
-def coverage(
-    estimator: Estimator, values: Mapping[str, Floats], entered: Sequence[str]
-) -> dict[str, float]:
-    """How often the printed ranges hold the truth, by measurement that was not entered."""
-    names = [name for name in values if name not in entered]
-    inside = dict.fromkeys(names, 0)
-    known = [name for name in entered if name in values]
-    _, taken = estimate(estimator, values, known)
-    count = len(taken)
-    for row in range(count):
-        asked = MeasurementSet({name: float(values[name][row]) for name in known})
-        measured = MeasurementSet(dict(zip(TAKEN, taken[row].tolist(), strict=True)))
-        ranges = estimator.ranges(asked, measured)
-        for name in names:
-            low, high = ranges[name]
-            inside[name] += bool(low <= values[name][row] <= high)
-    return {name: hits / count for name, hits in inside.items()}
