@@ -1,6 +1,11 @@
-/** The front end: page scripts with what they import, small, into static/build/. */
+/**
+ * The front end: page scripts with what they import, small, into static/build/.
+ *
+ * What a page imports only when it is asked for lies in pieces of its own, which carry their
+ * content's fingerprint in their names.
+ */
 
-import { copyFileSync, mkdirSync, writeFileSync } from "node:fs";
+import { copyFileSync, mkdirSync, rmSync, writeFileSync } from "node:fs";
 import { fileURLToPath } from "node:url";
 
 import { build } from "esbuild";
@@ -9,11 +14,14 @@ import { poseBundle } from "./pose_bundle.mjs";
 
 const BUILT = "static/build";
 
+rmSync(BUILT, { recursive: true, force: true });
 await build({
   entryPoints: ["static/avatar.js", "static/photos/worker.js"],
   outdir: BUILT,
   outbase: "static",
   bundle: true,
+  splitting: true,
+  chunkNames: "[name]-[hash]",
   format: "esm",
   target: ["es2022"],
   minify: true,

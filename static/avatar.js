@@ -1,29 +1,207 @@
-/** The avatar's page: starts the viewer and hands it the page's buttons. */
+/**
+ * The avatar's page. What can be read stands there without this script; it brings the fields to
+ * life at once and the body in 3D a little later, when the page has been painted.
+ */
 
-import { createViewer } from "./viewer.js";
-
-const BUTTON_ZOOM = 1.3;
+import { Editor } from "./editor.js";
+import { fillTables } from "./table.js";
+import { preview, toSi } from "./numbers.js";
+import { Sender } from "./server.js";
 
 const MESSAGES = {
   loading: "Your avatar in 3D is loading.",
   ready: "Your avatar is here in 3D: buttons below turn it and bring it closer.",
   failed: "The 3D view is not available here. The pictures show the same body.",
 };
-
-const element = document.querySelector("#viewer");
-if (element) start(element);
+const UNREACHED = "The server did not answer. Your last number is not kept yet.";
+const ENDED = "This page has been open for long. Reload it to go on.";
+const GHOST_STAYS = 2500; // milliseconds after the last change
 
 async function start(element) {
   announce(element);
-  try {
-    const viewer = createViewer(element);
-    element.viewer = viewer; // for what else the page may do with it
-    connectButtons(element, viewer);
-    await viewer.load(element.dataset.glb);
-  } catch (error) {
-    // The still picture stays where it is, and so do the two others and the download.
-    element.dataset.state = "failed";
-    console.warn(error.message);
+  const page = new Page(element);
+  // The still picture first: what draws in 3D is fetched when the page has been painted.
+  await painted();
+  await page.open();
+}
+
+/** When the page's own pictures are there and the browser has time. */
+async function painted() {
+  if (document.readyState !== "complete") {
+    await new Promise((resolve) => window.addEventListener("load", resolve, { once: true }));
+  }
+  await idle();
+}
+
+function idle() {
+  return new Promise((resolve) => {
+    if ("requestIdleCallback" in window) window.requestIdleCallback(resolve, { timeout: 1000 });
+    else setTimeout(resolve, 50);
+  });
+}
+
+class Page {
+  #element;
+  #viewer = null;
+  #stage = null; // the buttons' part of the page, once there is a body to turn
+  #extras = null; // what the body's file says of its targets
+  #rows = []; // of the last answer
+  #asked = {}; // numbers typed since, by name, in the page's unit
+  #editor;
+  #sender;
+  #status;
+  #ghostTimer = 0;
+  #version = 0;
+  #turnedTo; // when the reader has first turned to a field
+
+  constructor(element) {
+    this.#element = element;
+    const form = document.querySelector("#editor");
+    this.#status = form.querySelector("[role=status]");
+    this.#editor = new Editor(
+      form,
+      (name, text, value) => this.#change(name, text, value),
+      (name) => this.#stage?.take(name),
+    );
+    this.#turnedTo = new Promise((resolve) => {
+      form.addEventListener("focusin", resolve, { once: true });
+    });
+    const token = form.querySelector("[name=csrf_token]").value;
+    this.#sender = new Sender(element.dataset.numbers, token, (answer, sent) =>
+      this.#hear(answer, sent),
+    );
+  }
+
+  async open() {
+    try {
+      const [{ Stage, createViewer }, numbers] = await Promise.all([
+        import("./stage.js"),
+        fetch(this.#element.dataset.numbers).then((response) => response.json()),
+      ]);
+      // What was typed meanwhile may have been answered already.
+      if (!this.#rows.length) this.#rows = numbers.measurements;
+      const viewer = createViewer(this.#element);
+      this.#element.viewer = viewer; // for what else the page may do with it
+      this.#viewer = viewer;
+      await viewer.load(this.#element.dataset.glb, () => this.#changes());
+      this.#stage = new Stage(this.#element, viewer, numbers.units);
+      this.#stage.tell(this.#shown(), this.#rows);
+      await this.#learn();
+    } catch (error) {
+      // The still picture stays where it is, and so do the two others and the download.
+      if (!this.#stage) this.#element.dataset.state = "failed";
+      console.warn(error.message);
+    }
+  }
+
+  /** How the body bends: larger than the body itself, so it comes when there is time for it. */
+  async #learn() {
+    await (navigator.connection?.saveData ? this.#turnedTo : idle());
+    this.#extras = await this.#viewer.learn(this.#element.dataset.live, () => this.#changes());
+    this.#element.dataset.learned = "true";
+    this.#tell();
+  }
+
+  /** Something was typed: the body follows in the next frame, the server a moment later. */
+  #change(name, text, value) {
+    this.#editor.say(name, "");
+    this.#sender.change(name, text);
+    if (value === null) return;
+    this.#asked[name] = value;
+    if (!this.#viewer) return;
+    if (!this.#viewer.hasGhost) this.#viewer.keepGhost();
+    clearTimeout(this.#ghostTimer);
+    this.#viewer.bend(this.#changes());
+    this.#tell();
+  }
+
+  /** How far the entered values are from those of the body that was loaded, SI. */
+  #changes() {
+    const before = new Map(this.#rows.map((row) => [row.name, row]));
+    return Object.fromEntries(
+      Object.entries(this.#asked).map(([name, value]) => {
+        const row = before.get(name);
+        return [name, row ? toSi(value - row.asked, row.unit) : 0];
+      }),
+    );
+  }
+
+  /** The rows as they stand now, nearly, until the server says how they are. */
+  #shown() {
+    if (!Object.keys(this.#asked).length || !this.#extras) return this.#rows;
+    return preview(this.#rows, this.#asked, this.#extras);
+  }
+
+  #tell() {
+    const rows = this.#shown();
+    fillTables(rows);
+    this.#stage?.tell(rows);
+  }
+
+  async #hear({ status, document: answer }, sent) {
+    if (status !== 200) {
+      this.#refused(status, answer, sent);
+      return;
+    }
+    if (this.#viewer) await this.#replace(answer);
+    else this.#take(answer, sent);
+    for (const name of this.#editor.names) {
+      const warning = answer.warnings.find(({ measurement }) => measurement === name);
+      this.#editor.say(name, warning?.message ?? "");
+    }
+    this.#sayBody();
+    this.#refreshPictures();
+    clearTimeout(this.#ghostTimer);
+    this.#ghostTimer = setTimeout(() => this.#stage?.letGhostGo(), GHOST_STAYS);
+  }
+
+  /** The body of the answer, and its numbers, in place of the preview: together. */
+  async #replace(answer) {
+    try {
+      const typed = { ...this.#asked };
+      const shown = await this.#viewer.load(this.#element.dataset.glb, () => {
+        this.#take(answer, typed);
+        return this.#changes();
+      });
+      if (shown) this.#stage?.tell(this.#shown(), this.#rows);
+    } catch (error) {
+      this.#status.textContent = UNREACHED;
+      console.warn(error.message);
+    }
+  }
+
+  /** Take an answer's rows; what was typed since stays typed. */
+  #take(answer, typed) {
+    this.#rows = answer.measurements;
+    for (const row of this.#rows) {
+      if (row.name in typed && this.#asked[row.name] === typed[row.name]) delete this.#asked[row.name];
+    }
+    this.#tell();
+  }
+
+  #refused(status, problem, sent) {
+    for (const { field, message } of problem?.errors ?? []) this.#editor.say(field, message, true);
+    if (problem?.errors?.length) this.#status.textContent = problem.errors[0].message;
+    else this.#status.textContent = status === 0 || status >= 500 ? UNREACHED : ENDED;
+    if (status === 0) for (const [name, text] of Object.entries(sent)) this.#sender.change(name, text);
+  }
+
+  #sayBody() {
+    const unmet = this.#rows.filter(
+      ({ asked, taken }) => asked !== null && Math.abs(asked - taken) > 0.1,
+    );
+    const words = unmet.map(({ label }) => label).join(", ");
+    this.#status.textContent = unmet.length
+      ? `The body comes as near as one can, but not to all: ${words}.`
+      : "The body measures what you typed.";
+  }
+
+  #refreshPictures() {
+    this.#version += 1;
+    for (const picture of document.querySelectorAll("img[data-side]")) {
+      const [address] = picture.getAttribute("src").split("?");
+      picture.src = `${address}?v=${this.#version}`;
+    }
   }
 }
 
@@ -39,18 +217,5 @@ function announce(element) {
   observer.observe(element, { attributeFilter: ["data-state"] });
 }
 
-function connectButtons(element, viewer) {
-  const views = [...document.querySelectorAll("button[data-view]")];
-  for (const button of views) {
-    button.addEventListener("click", () => viewer.show(button.dataset.view));
-  }
-  element.addEventListener("viewchange", ({ detail: view }) => {
-    for (const button of views) {
-      button.setAttribute("aria-pressed", String(button.dataset.view === view));
-    }
-  });
-  for (const button of document.querySelectorAll("button[data-zoom]")) {
-    const factor = button.dataset.zoom === "in" ? BUTTON_ZOOM : 1 / BUTTON_ZOOM;
-    button.addEventListener("click", () => viewer.zoom(factor));
-  }
-}
+const element = document.querySelector("#viewer");
+if (element) start(element);

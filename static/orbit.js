@@ -1,34 +1,68 @@
 /**
  * Where the camera stands around a body: arithmetic only, in metres and radians.
  *
- * An orbit is {azimuth, polar, distance, height}: the azimuth is 0 in front of the person (+Z) and
- * grows towards the person's left (+X); the polar angle is measured from straight above; the
- * camera looks at the point of that height on the body's vertical axis.
+ * An orbit is {azimuth, polar, distance, height, slope}: the azimuth is 0 in front of the person
+ * (+Z) and grows towards the person's left (+X); the polar angle is measured from straight above;
+ * the camera looks at the point of that height on the body's vertical axis. The slope is the
+ * lens's: how far up the picture's upper edge lies for each metre of depth.
  */
 
 const LEVEL = Math.PI / 2;
 
-/** The named views. From the side, the person faces the picture's right. */
+/**
+ * The named views. From the side, the person faces the picture's right; three-quarter is from the
+ * person's left, where limbs are measured.
+ */
 export const VIEWS = Object.freeze({
   front: { azimuth: 0, polar: LEVEL },
+  quarter: { azimuth: Math.PI / 4, polar: LEVEL },
   side: { azimuth: -Math.PI / 2, polar: LEVEL },
   back: { azimuth: Math.PI, polar: LEVEL },
 });
 
+/** The camera's distance from a whole body, and the picture's free edge: model/cameras.py. */
+export const DISTANCE = 3;
+export const MARGIN = 0.04;
+
 /**
- * The distance from which a whole body can be seen from everywhere around it.
+ * The lens that the two still pictures have in a frame of some shape: front and side fit into it
+ * at one scale, with a free edge.
  *
- * @param {{height: number, radius: number}} body its height, and the radius of the upright
- *     cylinder that holds it
- * @param {{fieldOfView: number, aspect: number}} lens upright field of view, width over height
- * @param {number} margin how much larger the frame is than the body: 1.1 leaves a tenth free
+ * @param {Float32Array} positions three numbers a point
+ * @param {number} aspect width over height of the frame
+ * @param {{distance: number, height: number}} camera
+ * @returns {number} its slope
  */
-export function fitDistance(body, lens, margin = 1.05) {
-  const slope = Math.tan(lens.fieldOfView / 2);
-  const forHeight = ((body.height / 2) * margin) / slope;
-  const forWidth = (body.radius * margin) / (slope * lens.aspect);
-  // The body's nearest part stands before its axis by the radius.
-  return Math.max(forHeight, forWidth) + body.radius;
+export function fitSlope(positions, aspect, { distance, height }) {
+  const spans = { x: [0, 0], z: [0, 0], y: [0, 0] };
+  const take = (span, value) => {
+    if (value < span[0]) span[0] = value;
+    if (value > span[1]) span[1] = value;
+  };
+  for (let i = 0; i < positions.length; i += 3) {
+    const [x, y, z] = [positions[i], positions[i + 1], positions[i + 2]];
+    take(spans.x, x / (distance - z));
+    take(spans.z, z / (distance + x));
+    take(spans.y, (y - height) / (distance - z));
+    take(spans.y, (y - height) / (distance + x));
+  }
+  const wide = ([low, high]) => (high - low) / (2 * (1 - 2 * MARGIN));
+  return Math.max(wide(spans.y), Math.max(wide(spans.x), wide(spans.z)) / aspect);
+}
+
+/**
+ * How near the camera comes to show a part of a body.
+ *
+ * @param {{low: number, high: number, radius: number}} part heights, and how far it reaches
+ *     sideways from the axis
+ * @param {number} slope of the lens
+ * @param {number} aspect
+ * @param {{tall: number, wide: number}} shares of the frame that the part fills at most
+ */
+export function partDistance({ low, high, radius }, slope, aspect, { tall, wide }) {
+  const forHeight = (high - low) / 2 / (slope * tall);
+  const forWidth = radius / (slope * aspect * wide);
+  return Math.max(forHeight, forWidth) + radius;
 }
 
 /** The point {x, y, z} from which an orbit looks. */
@@ -70,6 +104,7 @@ export function between(start, end, share) {
     // By ratio, so that coming nearer looks even.
     distance: start.distance * (end.distance / start.distance) ** share,
     height: mix(start.height, end.height),
+    slope: start.slope * (end.slope / start.slope) ** share,
   };
 }
 

@@ -3,47 +3,62 @@
  * knows a file, a camera and the reader's hands.
  *
  *     const viewer = createViewer(element);
- *     await viewer.load("/avatar.glb");   // replaces the body shown before
- *     viewer.show("side");                // front, side, back
- *     viewer.zoom(1.25);                  // nearer by a quarter
+ *     await viewer.load("/avatar.glb");      // the body shown before goes over into it
+ *     await viewer.learn("/avatar.glb?live=1");
+ *     viewer.bend({waist_girth: 0.02});      // two centimetres more, in the next frame
+ *     viewer.show("side");                   // front, quarter, side, back
+ *     viewer.zoom(1.25);                     // nearer by a quarter
+ *     viewer.lay(rows);                      // tapes of the API's answer
  *     viewer.dispose();
  *
  * The element's `data-state` says how it stands: loading, ready or failed; until it is ready, and
- * if it fails, the still picture inside stays. An event `viewchange` names the view that is shown.
- * It draws only when something has changed.
+ * if it fails, the still picture inside stays. Events: `viewchange` names the view that is shown,
+ * `frame` follows every picture that is drawn, `rest` the last for now. It draws only when
+ * something has changed; `stats` counts what that costs.
  */
 
 import {
-  Box3,
+  BufferAttribute,
+  BufferGeometry,
   CircleGeometry,
-  DataTexture,
-  DirectionalLight,
-  HemisphereLight,
   MathUtils,
   Mesh,
-  MeshBasicMaterial,
   PerspectiveCamera,
-  RGBAFormat,
   Scene,
   Vector3,
   WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
-import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 
-import { VIEWS, between, clamp, ease, fitDistance, orbitOf, position } from "./orbit.js";
-import { radialShade } from "./shade.js";
+import { readGlb } from "./glb.js";
+import { GARMENT, faint, lit, paint, shaded } from "./materials.js";
+import {
+  DISTANCE,
+  VIEWS,
+  between,
+  clamp,
+  ease,
+  fitSlope,
+  orbitOf,
+  partDistance,
+  position,
+} from "./orbit.js";
+import { Shape } from "./shape.js";
+import { Tapes } from "./tapes.js";
+import { SKIN_TONES } from "./tones.js";
 
-const FIELD_OF_VIEW = 26; // degrees, as of a portrait lens: little perspective, a calm figure
 const MOST_PIXELS_PER_POINT = 2;
 const TURN_MILLISECONDS = 600;
+const BLEND_MILLISECONDS = 350;
+const GHOST_MILLISECONDS = 900;
 const KEY_TURN = Math.PI / 12;
 const KEY_ZOOM = 1.2;
-const NEAREST = 0.35; // of the distance at which the whole body is seen
+const NEAREST = 0.3; // of the distance at which the whole body is seen
 const FARTHEST = 1.6;
 
 const KEYS_HELP =
-  "Arrow keys turn it, plus and minus zoom, 1, 2 and 3 show front, side and back.";
+  "Arrow keys turn it, plus and minus zoom, 1 to 4 show front, three-quarter, side and back.";
+const KEYS_VIEWS = ["front", "quarter", "side", "back"];
 
 export class ViewerError extends Error {}
 
@@ -56,18 +71,29 @@ export function createViewer(element) {
 }
 
 class Viewer {
+  /** What drawing has cost so far; times in milliseconds of script, of the last frame and most. */
+  stats = { frames: 0, bends: 0, drawCalls: 0, triangles: 0, script: 0, slowest: 0 };
+
   #element;
   #canvas = document.createElement("canvas");
   #renderer;
   #scene = new Scene();
-  #camera = new PerspectiveCamera(FIELD_OF_VIEW, 1, 0.05, 50);
+  #camera = new PerspectiveCamera(30, 1, 0.05, 50);
   #controls;
   #resizes;
   #calm = window.matchMedia("(prefers-reduced-motion: reduce)");
-  #ground = groundShadow();
-  #body = null; // what the file held
-  #extent = { height: 1.7, radius: 0.5 };
+  #ground = new Mesh(new CircleGeometry(1, 48), shaded());
+  #tapes = new Tapes();
+  #shape = null; // what is shown, as numbers
+  #geometry = null; // the same, for the graphics card
+  #meshes = [];
+  #ghost = []; // the meshes of the body before
+  #ghostModel = new Mesh(new BufferGeometry(), faint()); // never seen: its material is ready
+  #tone = SKIN_TONES.mannequin.colour;
   #motion = null; // {start, end, since} while the camera is on its way
+  #blend = null; // when the body began to go over into another
+  #fading = null; // when the ghost began to fade
+  #bent = false; // whether the shape has changed since the last frame
   #frame = 0; // the number of the frame asked for, 0 when none is
   #request = null; // what stops the download under way
   #listeners = new AbortController();
@@ -85,39 +111,131 @@ class Viewer {
       element.dataset.state = "failed";
       throw new ViewerError("This browser cannot show 3D.", { cause: error });
     }
+    this.#renderer.info.autoReset = false; // once a frame, however often it renders
     element.append(this.#canvas);
-    this.#light();
-    this.#scene.add(this.#camera, this.#ground);
+    this.#ground.rotation.x = -Math.PI / 2;
+    this.#ground.renderOrder = -1;
+    this.#ghostModel.visible = false;
+    this.#scene.add(this.#ground, this.#tapes.mesh, this.#ghostModel);
     this.#controls = this.#orbitControls();
     this.#listen();
     this.#resizes = new ResizeObserver(() => this.#resize());
     this.#resizes.observe(element);
   }
 
-  /** Show the body of a GLB file. A later call wins over an earlier one still under way. */
-  async load(url) {
+  // ---- the body ----
+
+  /**
+   * Show the body of a GLB file; one shown before goes over into it. A later call wins over an
+   * earlier one still under way.
+   *
+   * @param {string} url
+   * @param {() => Record<string, number>} changes what the entered values differ by from that
+   *     body's when it comes, SI
+   * @returns {Promise<boolean>} false where a later call won
+   */
+  async load(url, changes = () => ({})) {
     this.#request?.abort();
     const request = new AbortController();
     this.#request = request;
-    this.#element.dataset.state = "loading";
+    if (!this.#shape) this.#element.dataset.state = "loading";
+    let body;
     try {
-      const response = await fetch(url, { signal: request.signal });
-      if (!response.ok) throw new ViewerError(`The avatar's file: status ${response.status}.`);
-      const file = await new GLTFLoader().parseAsync(await response.arrayBuffer(), "");
-      if (request.signal.aborted) {
-        release(file.scene);
-        return;
-      }
-      this.#replace(file.scene);
+      body = await fetchBody(url, request.signal);
     } catch (error) {
-      if (request.signal.aborted) return;
-      this.#element.dataset.state = "failed";
-      throw error instanceof ViewerError
-        ? error
-        : new ViewerError("The avatar's file could not be shown.", { cause: error });
+      if (request.signal.aborted) return false;
+      if (!this.#shape) this.#element.dataset.state = "failed";
+      throw error;
     }
+    if (request.signal.aborted) return false;
+    const first = this.#shape === null;
+    this.#replace(body, changes());
+    if (first) await this.#prepare();
     this.#uncover(true);
+    return true;
   }
+
+  /**
+   * Learn from a file with targets how entered values bend the body that is shown.
+   *
+   * @returns {Promise<object>} what the file's mesh says of itself
+   */
+  async learn(url, changes = () => ({})) {
+    const { targets, extras } = await fetchBody(url, this.#listeners.signal);
+    this.#shape.learn(targets, changes());
+    this.#bent = true;
+    this.#draw();
+    return extras;
+  }
+
+  /** Change entered values, by name: by how much each differs from the body that was loaded, SI. */
+  bend(changes) {
+    if (!this.#shape) return;
+    this.#shape.bend(changes);
+    this.stats.bends += 1;
+    this.#bent = true;
+    this.#draw();
+  }
+
+  /** The points of the body as it is shown, three numbers each, in metres. */
+  get vertices() {
+    return this.#shape?.positions ?? new Float32Array();
+  }
+
+  /** Keep the outline of the body as it is now, to be seen beside what it becomes. */
+  keepGhost() {
+    if (!this.#shape) return;
+    this.#dropGhost();
+    const geometry = new BufferGeometry();
+    geometry.setAttribute("position", new BufferAttribute(this.#shape.positions.slice(), 3));
+    geometry.setAttribute("normal", new BufferAttribute(this.#shape.normals.slice(), 3));
+    const { material } = this.#ghostModel;
+    material.uniforms.opacity.value = 1;
+    this.#ghost = this.#meshes.map((mesh) => {
+      const part = new BufferGeometry();
+      part.setAttribute("position", geometry.getAttribute("position"));
+      part.setAttribute("normal", geometry.getAttribute("normal"));
+      part.setIndex(mesh.geometry.index.clone());
+      const ghost = new Mesh(part, material);
+      ghost.frustumCulled = false;
+      ghost.renderOrder = 2;
+      return ghost;
+    });
+    this.#scene.add(...this.#ghost);
+    this.#draw();
+  }
+
+  /** Let the outline of the body before fade. */
+  fadeGhost() {
+    if (!this.#ghost.length || this.#fading !== null) return;
+    if (this.#calm.matches) this.#dropGhost();
+    else this.#fading = performance.now();
+    this.#draw();
+  }
+
+  get hasGhost() {
+    return this.#ghost.length > 0;
+  }
+
+  /** Give the skin another colour, sRGB from 0 to 1. */
+  paint(colour) {
+    this.#tone = colour;
+    if (this.#meshes[0]) paint(this.#meshes[0].material, colour);
+    this.#draw();
+  }
+
+  /** Lay the tapes of some rows of the API's answer on the body, in place of those before. */
+  lay(rows) {
+    this.#tapes.lay(rows, this.#shape);
+    this.#draw();
+  }
+
+  /** The tapes that lie on the body, where they run now. */
+  get laid() {
+    return this.#tapes.laid;
+  }
+
+  // ---- where it is seen from ----
 
   /** Turn to a named view of the whole body: at once where the reader wants little motion. */
   show(name) {
@@ -125,10 +243,39 @@ class Viewer {
     this.#tell(name);
   }
 
+  /**
+   * Come so near that some points, and not much else, are seen, from an azimuth. `wide` is the
+   * share of the frame's width that they may fill.
+   */
+  showPart(points, azimuth, wide = 0.8) {
+    const aspect = this.#camera.aspect;
+    const heights = points.map(([, y]) => y);
+    const [low, high] = [Math.min(...heights) - 0.1, Math.max(...heights) + 0.1];
+    const [right, back] = [Math.cos(azimuth), Math.sin(azimuth)];
+    const radius = Math.max(...points.map(([x, , z]) => Math.abs(x * right - z * back)));
+    const whole = { ...this.#whole("front"), azimuth };
+    const distance = partDistance({ low, high, radius }, whole.slope, aspect, { tall: 0.85, wide });
+    this.#goTo({ ...whole, height: (low + high) / 2, distance: Math.min(distance, DISTANCE) });
+    this.#tell("");
+  }
+
   /** Come nearer by a factor; below 1, go away. */
   zoom(factor) {
     const now = this.#motion?.end ?? this.#orbit();
     this.#goTo({ ...now, distance: now.distance / factor });
+  }
+
+  /**
+   * Where a point is seen, in CSS pixels from the upper left corner, and how near to straight on
+   * a surface there that faces a direction: from 1 to -1, below 0 from behind.
+   */
+  see([x, y, z], facing = null) {
+    const point = new Vector3(x, y, z);
+    const towards = facing && this.#camera.position.clone().sub(point).normalize();
+    const front = facing ? towards.dot(new Vector3(...facing)) : 1;
+    const { x: across, y: up } = point.project(this.#camera);
+    const { clientWidth: width, clientHeight: height } = this.#element;
+    return { x: ((1 + across) * width) / 2, y: ((1 - up) * height) / 2, front };
   }
 
   /** Give back everything that was taken: memory, listeners, the graphics context. */
@@ -138,13 +285,22 @@ class Viewer {
     this.#listeners.abort();
     this.#resizes.disconnect();
     this.#controls.dispose();
-    if (this.#body) release(this.#body);
-    release(this.#ground);
+    this.#dropGhost();
+    this.#dropBody();
+    this.#tapes.dispose();
+    this.#ghostModel.material.dispose();
+    this.#ground.geometry.dispose();
+    this.#ground.material.dispose();
     this.#renderer.dispose();
     this.#renderer.forceContextLoss();
     this.#uncover(false);
     this.#canvas.remove();
     delete this.#element.dataset.state;
+  }
+
+  /** What the graphics card holds for it, as three.js counts it. */
+  get memory() {
+    return { ...this.#renderer.info.memory, programs: this.#renderer.info.programs.length };
   }
 
   /** The page may mark the view that is shown, "" once the reader has turned away from it. */
@@ -154,45 +310,77 @@ class Viewer {
 
   // ---- the scene ----
 
-  #light() {
-    // The lamps stand by the camera, as in the two pictures: what is looked at is lit.
-    for (const [colour, strength, x, y, z] of [
-      [0xfff6ea, 2.8, -0.6, 0.55, 0.75],
-      [0xe6efff, 0.5, 0.9, 0.1, 0.35],
-    ]) {
-      const lamp = new DirectionalLight(colour, strength);
-      lamp.position.set(x, y, z);
-      this.#camera.add(lamp, lamp.target);
+  #replace(body, changes) {
+    const first = this.#shape === null;
+    if (!first && body.positions.length === this.#shape.positions.length) {
+      this.#shape.replace(body, changes);
+      if (this.#calm.matches) this.#shape.approach(1);
+      else this.#blend = performance.now();
+    } else {
+      this.#dropBody();
+      this.#shape = new Shape(body);
+      this.#shape.bend(changes);
+      this.#build(body);
     }
-    this.#scene.add(new HemisphereLight(0xf4f6fa, 0x8f8578, 1.15));
-  }
-
-  #replace(body) {
-    if (this.#body) {
-      this.#scene.remove(this.#body);
-      release(this.#body);
-    }
-    const first = this.#body === null;
-    this.#body = body;
-    this.#scene.add(body);
-
-    const box = new Box3().setFromObject(body);
-    this.#extent = {
-      height: box.max.y,
-      radius: Math.hypot(
-        Math.max(-box.min.x, box.max.x),
-        Math.max(-box.min.z, box.max.z),
-      ),
-    };
-    const middle = box.getCenter(new Vector3());
-    this.#ground.position.set(0, 0, middle.z);
-    this.#ground.scale.setScalar(0.31 * box.max.y);
-    this.#limit();
+    this.#ground.scale.setScalar(0.31 * this.#height());
     if (first) {
       this.#stand(this.#whole("front"));
+      this.#limit();
       this.#tell("front");
     }
+    this.#bent = true;
     this.#draw();
+  }
+
+  /** Programs are made ready beside the page's own work, those of tapes and ghosts too. */
+  async #prepare() {
+    this.#ghostModel.geometry = this.#meshes[0].geometry;
+    const aside = this.#renderer.extensions.has("KHR_parallel_shader_compile");
+    if (aside) await this.#renderer.compileAsync(this.#scene, this.#camera);
+    else this.#renderer.compile(this.#scene, this.#camera);
+    // Used once before anyone waits for them: a program's first use stands still.
+    const unseen = [this.#ghostModel, this.#tapes.mesh];
+    for (const mesh of unseen) mesh.visible = true;
+    this.#renderer.setSize(1, 1, false);
+    this.#renderer.render(this.#scene, this.#camera);
+    for (const mesh of unseen) mesh.visible = false;
+  }
+
+  #build({ parts }) {
+    this.#geometry = {
+      position: new BufferAttribute(this.#shape.positions, 3),
+      normal: new BufferAttribute(this.#shape.normals, 3),
+    };
+    this.#meshes = parts.map(({ index }, part) => {
+      const geometry = new BufferGeometry();
+      for (const [name, attribute] of Object.entries(this.#geometry)) {
+        geometry.setAttribute(name, attribute);
+      }
+      geometry.setIndex(new BufferAttribute(index, 1));
+      const mesh = new Mesh(geometry, lit(part === 0 ? this.#tone : GARMENT));
+      mesh.frustumCulled = false; // its bounds change as it bends, and it is always in sight
+      return mesh;
+    });
+    this.#scene.add(...this.#meshes);
+  }
+
+  #dropBody() {
+    for (const { material } of this.#meshes) material.dispose();
+    release(this.#meshes);
+    this.#meshes = [];
+  }
+
+  #dropGhost() {
+    release(this.#ghost);
+    this.#ghost = [];
+    this.#fading = null;
+  }
+
+  #height() {
+    const { positions } = this.#shape;
+    let highest = 0;
+    for (let i = 1; i < positions.length; i += 3) highest = Math.max(highest, positions[i]);
+    return highest;
   }
 
   // ---- the camera ----
@@ -215,39 +403,40 @@ class Viewer {
     return controls;
   }
 
-  #wholeDistance() {
-    return fitDistance(this.#extent, {
-      fieldOfView: MathUtils.degToRad(FIELD_OF_VIEW),
-      aspect: this.#camera.aspect,
-    });
-  }
-
-  /** A named view of the whole body. */
+  /** A named view of the whole body: with the camera and the lens of the still pictures. */
   #whole(name) {
-    const { height } = this.#extent;
-    return { ...VIEWS[name], distance: this.#wholeDistance(), height: height / 2 };
+    const height = this.#height() / 2;
+    const slope = fitSlope(this.#shape.positions, this.#camera.aspect, {
+      distance: DISTANCE,
+      height,
+    });
+    return { ...VIEWS[name], distance: DISTANCE, height, slope };
   }
 
   #limit() {
-    this.#controls.minDistance = NEAREST * this.#wholeDistance();
-    this.#controls.maxDistance = FARTHEST * this.#wholeDistance();
+    this.#controls.minDistance = NEAREST * DISTANCE;
+    this.#controls.maxDistance = FARTHEST * DISTANCE;
   }
 
   /** Panning goes up and down the body only, and not away from it. */
   #keepOnAxis() {
+    if (!this.#shape) return;
     const { target } = this.#controls;
-    const kept = new Vector3(0, clamp(target.y, 0.05, this.#extent.height), 0);
+    const kept = new Vector3(0, clamp(target.y, 0.05, this.#height()), 0);
     this.#camera.position.add(kept).sub(target);
     target.copy(kept);
   }
 
   #orbit() {
-    return orbitOf(this.#camera.position, this.#controls.target.y);
+    const slope = Math.tan(MathUtils.degToRad(this.#camera.fov) / 2);
+    return { ...orbitOf(this.#camera.position, this.#controls.target.y), slope };
   }
 
   #stand(orbit) {
     const { x, y, z } = position(orbit);
     this.#camera.position.set(x, y, z);
+    this.#camera.fov = 2 * MathUtils.radToDeg(Math.atan(orbit.slope));
+    this.#camera.updateProjectionMatrix();
     this.#controls.target.set(0, orbit.height, 0);
     this.#controls.update();
     this.#draw();
@@ -283,31 +472,74 @@ class Viewer {
   }
 
   #drawNow(now) {
+    const began = performance.now();
     this.#frame = 0;
-    if (this.#motion) {
-      const { start, end, since } = this.#motion;
-      const share = (now - since) / TURN_MILLISECONDS;
-      if (share >= 1) this.#motion = null;
-      this.#stand(between(start, end, ease(share)));
-    } else {
-      this.#controls.update(); // where damping goes on, this asks for the next frame
+    this.#moveBody(now);
+    this.#moveCamera(now);
+    this.#render();
+    const took = performance.now() - began;
+    this.stats.script = took;
+    this.stats.slowest = Math.max(this.stats.slowest, took);
+    this.#element.dispatchEvent(new CustomEvent("frame"));
+    if (!this.#frame) this.#element.dispatchEvent(new CustomEvent("rest"));
+  }
+
+  #moveBody(now) {
+    if (this.#blend !== null) {
+      const share = (now - this.#blend) / BLEND_MILLISECONDS;
+      this.#shape.approach(ease(share));
+      this.#bent = true;
+      if (share >= 1) this.#blend = null;
+      else this.#draw();
     }
+    if (this.#fading !== null) {
+      const share = (now - this.#fading) / GHOST_MILLISECONDS;
+      if (share >= 1) this.#dropGhost();
+      else {
+        this.#ghostModel.material.uniforms.opacity.value = 1 - ease(share);
+        this.#draw();
+      }
+    }
+    if (!this.#bent) return;
+    this.#bent = false;
+    for (const attribute of Object.values(this.#geometry)) attribute.needsUpdate = true;
+    this.#tapes.follow(this.#shape);
+  }
+
+  #moveCamera(now) {
+    if (!this.#motion) {
+      this.#controls.update(); // where damping goes on, this asks for the next frame
+      return;
+    }
+    const { start, end, since } = this.#motion;
+    const share = (now - since) / TURN_MILLISECONDS;
+    if (share >= 1) this.#motion = null;
+    this.#stand(between(start, end, ease(share)));
+  }
+
+  #render() {
+    const { info } = this.#renderer;
+    info.reset();
     this.#renderer.render(this.#scene, this.#camera);
+    this.stats.frames += 1;
+    this.stats.drawCalls = info.render.calls;
+    this.stats.triangles = info.render.triangles;
   }
 
   #resize() {
     const { clientWidth: width, clientHeight: height } = this.#element;
-    if (!width || !height) return;
-    const whole = this.#wholeDistance();
+    if (!width || !height || !this.#shape) return;
+    const before = this.#whole("front").slope;
     this.#renderer.setPixelRatio(Math.min(window.devicePixelRatio, MOST_PIXELS_PER_POINT));
     this.#renderer.setSize(width, height);
     this.#camera.aspect = width / height;
-    this.#camera.updateProjectionMatrix();
     // As much of the body stays in the frame as was.
     const orbit = this.#orbit();
-    this.#limit();
-    this.#stand({ ...orbit, distance: (orbit.distance * this.#wholeDistance()) / whole });
-    this.#renderer.render(this.#scene, this.#camera); // at once: a resized canvas is blank
+    const slope = (orbit.slope / before) * this.#whole("front").slope;
+    if (this.#motion) this.#motion.end.slope *= slope / orbit.slope;
+    this.#stand({ ...orbit, slope });
+    this.#render(); // at once: a resized canvas is blank
+    this.#element.dispatchEvent(new CustomEvent("frame"));
   }
 
   // ---- the reader's hands ----
@@ -369,10 +601,10 @@ class Viewer {
       "+": () => this.zoom(KEY_ZOOM),
       "=": () => this.zoom(KEY_ZOOM),
       "-": () => this.zoom(1 / KEY_ZOOM),
-      1: () => this.show("front"),
-      2: () => this.show("side"),
-      3: () => this.show("back"),
     };
+    KEYS_VIEWS.forEach((name, i) => {
+      actions[i + 1] = () => this.show(name);
+    });
     const action = actions[event.key];
     if (!action) return;
     event.preventDefault();
@@ -380,25 +612,21 @@ class Viewer {
   }
 }
 
-/** A soft disc on the floor, so that the person stands on something. */
-function groundShadow() {
-  const side = 64;
-  const texture = new DataTexture(radialShade(side), side, side, RGBAFormat);
-  texture.needsUpdate = true;
-  const material = new MeshBasicMaterial({ map: texture, transparent: true, depthWrite: false });
-  const disc = new Mesh(new CircleGeometry(1, 48), material);
-  disc.rotation.x = -Math.PI / 2;
-  disc.renderOrder = -1;
-  return disc;
+async function fetchBody(url, signal) {
+  try {
+    const response = await fetch(url, { signal });
+    if (!response.ok) throw new ViewerError(`The avatar's file: status ${response.status}.`);
+    return readGlb(await response.arrayBuffer());
+  } catch (error) {
+    if (error instanceof ViewerError) throw error;
+    throw new ViewerError("The avatar's file could not be shown.", { cause: error });
+  }
 }
 
-/** Give back the graphics memory of everything in a tree. */
-function release(tree) {
-  tree.traverse((object) => {
-    object.geometry?.dispose();
-    for (const material of [object.material ?? []].flat()) {
-      material.map?.dispose();
-      material.dispose();
-    }
-  });
+/** Give back the graphics memory of meshes, and take them out of the scene. */
+function release(meshes) {
+  for (const mesh of meshes) {
+    mesh.removeFromParent();
+    mesh.geometry.dispose();
+  }
 }

@@ -89,6 +89,7 @@ def test_the_page_holds_what_the_viewer_needs(shopper):
     buttons = list(shopper.page.iter("button"))
     assert [button.get("data-view") for button in buttons if button.get("data-view")] == [
         "front",
+        "quarter",
         "side",
         "back",
     ]

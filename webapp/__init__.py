@@ -29,6 +29,7 @@ from webapp import (
     language,
     logs,
     metrics,
+    mirror,
     overload,
     units,
     wizard,
@@ -121,7 +122,7 @@ def create_app(settings: Mapping[str, Any] | None = None) -> Flask:
     limiter = Limiter(sender, app=app)
     limiter.exempt(health.bp)
     overload.set_up(app)
-    for blueprint in (health.bp, wizard.bp, avatars.bp, comparisons.bp, api.bp):
+    for blueprint in (health.bp, wizard.bp, avatars.bp, mirror.bp, comparisons.bp, api.bp):
         app.register_blueprint(blueprint)
 
     app.add_template_filter(units.show)

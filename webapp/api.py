@@ -60,7 +60,7 @@ def measurements() -> Response:
 @bp.post("/avatars")
 def avatar() -> Response:
     """A body's measurements, each as asked and as taken."""
-    return jsonify(_document(make_avatar(_wanted(BODY_MEMBERS))))
+    return jsonify(document(make_avatar(_wanted(BODY_MEMBERS))))
 
 
 @bp.post("/avatars.glb")
@@ -153,7 +153,7 @@ def _read(content: bytes, members: Sequence[str]) -> AvatarRequest:
     return read_document(document, members, limits())
 
 
-def _document(avatar: Avatar) -> dict[str, Any]:
+def document(avatar: Avatar) -> dict[str, Any]:
     """An avatar as the API's answer."""
     chosen = avatar.wanted.units
     return {

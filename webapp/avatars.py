@@ -28,7 +28,7 @@ from model.morph_targets import morph_targets
 from model.rendering import RenderingUnavailable, render_png, render_webp
 from model.tape_fit import fit_to_tape
 from model.template_mesh import Body
-from webapp import metrics
+from webapp import metrics, units
 from webapp.answers import Typed
 from webapp.forms import AvatarRequest, Limits, Refusal, Refused
 
@@ -48,6 +48,12 @@ CONTRADICTORY = (
     "These measurements contradict each other: no body has all of them. "
     "Please check each number and its unit."
 )
+
+STEPS: Mapping[units.Quantity, Mapping[units.Units, str]] = {
+    "m": {"metric": "0.5", "imperial": "0.25"},
+    "kg": {"metric": "0.5", "imperial": "1"},
+}
+"""What the buttons for more and less change a value by, in the page's unit."""
 
 bp = Blueprint("avatars", __name__)
 
@@ -77,6 +83,18 @@ class Row:
     def unmet(self) -> bool:
         """Whether this was entered and the body does not have it."""
         return self.asked is not None and not _is_met(self.name, self.asked, self.taken)
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """A number input of the page: its limits and its step as they are written there."""
+
+    name: str
+    unit: str
+    value: str
+    low: str
+    high: str
+    size: str
 
 
 def estimators() -> Mapping[BodyKind, Estimator]:
@@ -216,7 +234,23 @@ def page() -> str | AnyResponse:
         unmet=[MEASUREMENTS[row.name].label for row in entered if row.unmet],
         estimated=estimated,
         measurements=MEASUREMENTS,
+        fields=[_field(row, wanted) for row in entered],
         pictures=not why_no_pictures(),
+    )
+
+
+def _field(row: Row, wanted: AvatarRequest) -> Field:
+    """The field that changes an entered value beside the body."""
+    quantity, chosen = MEASUREMENTS[row.name].unit, wanted.units
+    low, high = limits()[wanted.body][row.name]
+    least, most = units.range_in(low, high, quantity, chosen)
+    return Field(
+        name=row.name,
+        unit=units.SYMBOLS[quantity][chosen],
+        value=units.write(units.from_si(row.asked or row.taken, quantity, chosen), 2),
+        low=units.write(least, 1),
+        high=units.write(most, 1),
+        size=STEPS[quantity][chosen],
     )
 
 

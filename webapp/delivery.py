@@ -3,6 +3,7 @@
 import functools
 import gzip
 import hashlib
+import re
 from pathlib import Path
 
 import brotli
@@ -32,6 +33,9 @@ FILES = (
     "text/javascript",
 )
 """What becomes smaller by compression: of the site's answers, and of its static files."""
+
+PIECE = re.compile(r"/build/[\w-]+-[0-9A-Z]{8}\.js$")
+"""A piece of a page's script, named after its content by the build."""
 
 LEAST = 500
 """Bytes: compressed, less than these is hardly smaller."""
@@ -70,7 +74,7 @@ def fingerprint(file: Path, changed: int) -> str:  # noqa: ARG001 - what is kept
 
 def keep(response: Response) -> None:
     """Let browsers keep a static file for as long as its address says what is in it."""
-    if "v" in request.args:
+    if "v" in request.args or PIECE.search(request.path):
         response.cache_control.max_age = YEAR
         response.cache_control.public = True
         response.cache_control.immutable = True

@@ -1,0 +1,68 @@
+/** The fields beside the body: number inputs with a button for less and one for more. */
+
+export class Editor {
+  #form;
+  #changed;
+
+  /**
+   * @param {HTMLFormElement} form
+   * @param {(name: string, text: string, value: number|null) => void} changed what was typed, and
+   *     the number that it is where it lies within the field's limits
+   * @param {(name: string) => void} inHand the measurement that the reader turns to
+   */
+  constructor(form, changed, inHand) {
+    this.#form = form;
+    this.#changed = changed;
+    form.hidden = false;
+    form.addEventListener("submit", (event) => event.preventDefault());
+    form.addEventListener("input", ({ target }) => this.#typed(target));
+    form.addEventListener("focusin", ({ target }) => {
+      const row = target.closest("[data-measurement]");
+      if (row) inHand(row.dataset.measurement);
+    });
+    form.addEventListener("keydown", (event) => {
+      const by = { ArrowUp: 1, ArrowDown: -1 }[event.key];
+      if (!by || event.target.type !== "number") return;
+      event.preventDefault();
+      this.#step(event.target, by);
+    });
+    form.addEventListener("click", ({ target }) => {
+      const button = target.closest("[data-step]");
+      if (!button) return;
+      this.#step(button.parentElement.querySelector("input"), Number(button.dataset.step));
+    });
+  }
+
+  /** Words at a field: what is wrong with it, or what to look at again; "" for none. */
+  say(name, message, wrong = false) {
+    const row = this.#form.querySelector(`[data-measurement="${name}"]`);
+    if (!row) return;
+    const note = row.querySelector(".editor-note");
+    if (note.textContent !== message) note.textContent = message;
+    row.classList.toggle("editor-wrong", wrong);
+    row.querySelector("input").setAttribute("aria-invalid", String(wrong));
+  }
+
+  get names() {
+    return [...this.#form.querySelectorAll("[data-measurement]")].map(
+      (row) => row.dataset.measurement,
+    );
+  }
+
+  #step(input, by) {
+    const size = Number(input.dataset.size);
+    const value = Number(input.value) || 0;
+    // To the next whole step: 74.3 goes to 74.5, not to 74.8.
+    const steps = value / size;
+    const next = by > 0 ? Math.floor(steps + 1e-6) + 1 : Math.ceil(steps - 1e-6) - 1;
+    const kept = Math.min(Math.max(next * size, Number(input.min)), Number(input.max));
+    input.value = String(Math.round(kept * 100) / 100);
+    this.#typed(input);
+  }
+
+  #typed(input) {
+    const value = input.value === "" ? NaN : Number(input.value);
+    const within = value >= Number(input.min) && value <= Number(input.max);
+    this.#changed(input.name, input.value, within ? value : null);
+  }
+}

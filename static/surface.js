@@ -1,0 +1,100 @@
+/** Arithmetic on a surface's points: normals, and which point lies nearest. Metres. */
+
+/**
+ * Smooth normals, not yet of length 1. A face weighs at a corner by the sine of its angle over the
+ * lengths of the two sides there (N. Max, Journal of Graphics Tools 4(2), 1999), as on the server.
+ *
+ * @param {Float32Array} positions three numbers a point
+ * @param {ArrayLike<number>[]} faces lists of corners, three a face
+ * @param {Float32Array} normals where they are written
+ */
+export function vertexNormals(positions, faces, normals) {
+  normals.fill(0);
+  for (const index of faces) {
+    for (let f = 0; f < index.length; f += 3) {
+      const [a, b, c] = [3 * index[f], 3 * index[f + 1], 3 * index[f + 2]];
+      const ux = positions[b] - positions[a];
+      const uy = positions[b + 1] - positions[a + 1];
+      const uz = positions[b + 2] - positions[a + 2];
+      const vx = positions[c] - positions[b];
+      const vy = positions[c + 1] - positions[b + 1];
+      const vz = positions[c + 2] - positions[b + 2];
+      const [wx, wy, wz] = [-ux - vx, -uy - vy, -uz - vz];
+      const nx = uy * vz - uz * vy;
+      const ny = uz * vx - ux * vz;
+      const nz = ux * vy - uy * vx;
+      const uu = ux * ux + uy * uy + uz * uz;
+      const vv = vx * vx + vy * vy + vz * vz;
+      const ww = wx * wx + wy * wy + wz * wz;
+      const atA = 1 / Math.max(uu * ww, 1e-30);
+      const atB = 1 / Math.max(vv * uu, 1e-30);
+      const atC = 1 / Math.max(ww * vv, 1e-30);
+      normals[a] += nx * atA;
+      normals[a + 1] += ny * atA;
+      normals[a + 2] += nz * atA;
+      normals[b] += nx * atB;
+      normals[b + 1] += ny * atB;
+      normals[b + 2] += nz * atB;
+      normals[c] += nx * atC;
+      normals[c + 1] += ny * atC;
+      normals[c + 2] += nz * atC;
+    }
+  }
+  return unit(normals);
+}
+
+/** Vectors brought to length 1 where they stand; one of length 0 points up. */
+export function unit(vectors) {
+  for (let i = 0; i < vectors.length; i += 3) {
+    const length = Math.hypot(vectors[i], vectors[i + 1], vectors[i + 2]);
+    if (length > 0) {
+      vectors[i] /= length;
+      vectors[i + 1] /= length;
+      vectors[i + 2] /= length;
+    } else {
+      vectors[i + 1] = 1;
+    }
+  }
+  return vectors;
+}
+
+/**
+ * Finds the nearest of some points, by a grid of cubes.
+ *
+ * @param {Float32Array} positions three numbers a point
+ * @param {number} side of a cube
+ * @returns {(x: number, y: number, z: number) => number} the number of the nearest point
+ */
+export function nearest(positions, side = 0.03) {
+  const key = (i, j, k) => (i * 4096 + j) * 4096 + k;
+  const cell = (value) => Math.floor(value / side);
+  const cubes = new Map();
+  for (let p = 0; p < positions.length; p += 3) {
+    const name = key(...[0, 1, 2].map((axis) => cell(positions[p + axis])));
+    if (!cubes.has(name)) cubes.set(name, []);
+    cubes.get(name).push(p);
+  }
+  const farthest = Math.ceil(3 / side);
+  return (x, y, z) => {
+    const [i, j, k] = [cell(x), cell(y), cell(z)];
+    let [best, square] = [-1, Infinity];
+    // All points of a shell of cubes lie further away than those of the shells before the last.
+    for (let ring = 0; ring <= farthest && square > ((ring - 1) * side) ** 2; ring += 1) {
+      for (let a = -ring; a <= ring; a += 1) {
+        for (let b = -ring; b <= ring; b += 1) {
+          const rim = Math.max(Math.abs(a), Math.abs(b)) === ring;
+          for (let c = -ring; c <= ring; c += rim ? 1 : Math.max(1, 2 * ring)) {
+            for (const p of cubes.get(key(i + a, j + b, k + c)) ?? []) {
+              const far =
+                (positions[p] - x) ** 2 +
+                (positions[p + 1] - y) ** 2 +
+                (positions[p + 2] - z) ** 2;
+              if (far < square) [best, square] = [p / 3, far];
+            }
+          }
+        }
+      }
+    }
+    return best;
+  };
+}

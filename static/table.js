@@ -1,0 +1,20 @@
+/** The page's tables and sentences, brought up to date with the API's answer. */
+
+import { show, showSigned } from "./numbers.js";
+
+/** @param {object[]} rows of the API's answer */
+export function fillTables(rows) {
+  for (const row of rows) {
+    const line = document.querySelector(`tr[data-measurement="${row.name}"]`);
+    if (!line) continue;
+    const cells = line.querySelectorAll("td");
+    const feet = row.unit === "in" && row.name === "stature";
+    const texts =
+      row.asked === null
+        ? [show(row.taken), `${show(row.low)} to ${show(row.high)}`]
+        : [show(row.asked, feet), show(row.taken, feet), showSigned(row.taken - row.asked)];
+    texts.forEach((text, i) => {
+      if (cells[i].textContent !== text) cells[i].textContent = text;
+    });
+  }
+}

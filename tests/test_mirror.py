@@ -1,0 +1,138 @@
+"""The numbers that the avatar's page asks for, and the values that it changes."""
+
+import pytest
+from conftest import text
+
+from model.anthropometry import ImpossibleBodyError
+from model.measurements import MEASUREMENTS
+from webapp import avatars
+
+WOMAN = {
+    "body": "female",
+    "units": "metric",
+    "stature": "168",
+    "bust_girth": "92",
+    "waist_girth": "74",
+}
+
+
+@pytest.fixture
+def shopper(client):
+    """A client whose form is filled in."""
+    client.send(**WOMAN)
+    return client
+
+
+def send(client, **options):
+    """Ask for a change as the page does, with its token."""
+    client.get("/")
+    token = client.page.find(".//input[@name='csrf_token']").get("value")
+    return client.post("/avatar.json", headers={"X-CSRFToken": token}, **options)
+
+
+def change(client, **answers):
+    return send(client, json=answers)
+
+
+def asked(client):
+    """What was entered, as the numbers tell it."""
+    rows = client.get("/avatar.json").json["measurements"]
+    return {row["name"]: row["asked"] for row in rows if row["asked"] is not None}
+
+
+def test_the_numbers_are_those_of_the_api(shopper):
+    answer = shopper.get("/avatar.json")
+    measurements = {"stature": 168, "bust_girth": 92, "waist_girth": 74}
+    document = {"body": "female", "measurements": measurements}
+    assert answer.json == shopper.post("/api/v1/avatars", json=document).json
+    assert answer.headers["Cache-Control"] == "no-store"
+
+
+def test_the_numbers_speak_the_shoppers_units(client):
+    client.send(body="male", units="imperial", stature="5'11")
+    stature = client.get("/avatar.json").json["measurements"][0]
+    assert (stature["asked"], stature["unit"]) == (71, "in")
+
+
+def test_without_measurements_there_are_no_numbers(client):
+    assert client.get("/avatar.json").status_code == 404
+    assert change(client, waist_girth="80").status_code == 404
+
+
+def test_another_value_makes_another_body_and_is_kept_as_it_was_typed(shopper):
+    answer = change(shopper, waist_girth="80,5")
+    rows = {row["name"]: row for row in answer.json["measurements"]}
+    assert len(rows) == len(MEASUREMENTS)
+    assert rows["waist_girth"]["asked"] == 80.5
+    assert rows["waist_girth"]["taken"] == pytest.approx(80.5, abs=0.1)
+    assert asked(shopper) == {"stature": 168, "bust_girth": 92, "waist_girth": 80.5}
+    shopper.get("/numbers")
+    assert shopper.page.find(".//input[@name='waist_girth']").get("value") == "80,5"
+
+
+def test_an_inside_leg_that_is_changed_here_ends_at_the_ankle(client):
+    client.send(**WOMAN, inseam_height="78", **{"inseam_height:to": "floor"})
+    assert asked(client)["inseam_height"] < 75
+    change(client, inseam_height="70")
+    assert asked(client)["inseam_height"] == 70
+
+
+@pytest.mark.parametrize(
+    ("answers", "code"),
+    [
+        ({"waist_girth": "400"}, "out_of_range"),
+        ({"waist_girth": "wide"}, "not_a_number"),
+        ({"stature": ""}, "required"),
+        ({"body": "male"}, "unknown_member"),
+        ({"waist_girth": 80}, "unknown_member"),
+        (["waist_girth"], "not_an_object"),
+    ],
+)
+def test_values_that_cannot_be_are_told_and_not_kept(shopper, answers, code):
+    answer = send(shopper, json=answers)
+    assert answer.status_code == 422
+    assert [fault["code"] for fault in answer.json["errors"]] == [code]
+    assert asked(shopper)["waist_girth"] == 74
+
+
+def impossible(body):
+    raise ImpossibleBodyError("the body has no weight")
+
+
+def test_values_that_no_body_has_together_are_not_kept(shopper, monkeypatch):
+    with monkeypatch.context() as contradictory:
+        contradictory.setattr(avatars, "measure", impossible)
+        assert change(shopper, waist_girth="60").json["errors"][0]["code"] == "contradictory"
+        assert shopper.get("/avatar.json").status_code == 404
+    assert asked(shopper)["waist_girth"] == 74
+
+
+@pytest.mark.parametrize(
+    ("content", "kind", "status"),
+    [
+        ("{", "application/json", 400),
+        ("{}", "text/plain", 415),
+        ("[" * 9999, "application/json", 400),
+    ],
+)
+def test_what_is_no_json_is_refused(shopper, content, kind, status):
+    assert send(shopper, data=content, content_type=kind).status_code == status
+
+
+def test_a_change_needs_the_pages_token(shopper):
+    assert shopper.post("/avatar.json", json={"waist_girth": "80"}).status_code == 400
+    assert asked(shopper)["waist_girth"] == 74
+
+
+def test_the_page_has_a_field_for_each_entered_value(shopper):
+    shopper.get("/avatar")
+    form = shopper.page.find(".//form[@id='editor']")
+    inputs = {
+        field.get("name"): field for field in form.iter("input") if field.get("type") == "number"
+    }
+    assert list(inputs) == ["stature", "waist_girth", "bust_girth"]
+    assert inputs["waist_girth"].get("value") == "74"
+    assert float(inputs["waist_girth"].get("min")) < 74 < float(inputs["waist_girth"].get("max"))
+    # Without scripts it stays hidden, and the way back leads to the form.
+    assert "hidden" in form.attrib
+    assert any(text(link) == "Edit measurements" for link in shopper.page.iter("a"))
