@@ -12,6 +12,7 @@
 #   make guide       docs/measurements.md: every measurement, its picture and its spread; and the
 #                    pictures of the wizard, static/guide/ (minutes)
 #   make bench       how long measuring takes, beside a peer's way, in one run (ARGS="--rounds 9")
+#   make lighthouse  Lighthouse's scores of the form and the avatar's page, on a slow telephone
 #   make licences    docs/licences.md, from the metadata of what is installed
 #   make lock        the lock files, from pyproject.toml
 #   make clean       remove environments, packages and built files (not the secret in instance/,
@@ -41,7 +42,7 @@ SCRIPTS := $(shell find static -path static/build -prune -o -name '*.js' -print 
 export PLAYWRIGHT_SKIP_BROWSER_DOWNLOAD := 1
 export NPM_CONFIG_UPDATE_NOTIFIER := false
 
-.PHONY: help run test lint format train population report guide bench licences lock clean
+.PHONY: help run test lint format train population report guide bench lighthouse licences lock clean
 .DELETE_ON_ERROR:
 
 help:
@@ -93,6 +94,10 @@ guide: $(SITE)
 
 bench: $(SITE)
 	@$(BIN)/python -m bench $(ARGS)
+
+lighthouse: $(SITE) $(FRONT_END)
+	@scripts/require.sh chromium
+	@npm run --silent lighthouse
 
 population: $(POPULATION)
 	@scripts/require.sh osmesa

@@ -25,6 +25,7 @@ FREE = frozenset(
     {
         "0BSD",
         "Apache-2.0",
+        "BlueOak-1.0.0",
         "BSD-2-Clause",
         "BSD-3-Clause",
         "BSL-1.0",
@@ -64,6 +65,7 @@ READ_BY_HAND = {
     "fsspec": "BSD-3-Clause",
     "idna": "BSD-3-Clause",
     "mpmath": "BSD-3-Clause",
+    "parse-cache-control": "BSD-3-Clause",
     "partd": "BSD-3-Clause",
     "pyglet": "BSD-3-Clause",
     "requests": "Apache-2.0",
