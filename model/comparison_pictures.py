@@ -11,8 +11,8 @@ from PIL import Image
 from scipy import ndimage
 
 from model.cameras import Projection, axes
+from model.comparison import Comparison
 from model.geometry import Booleans
-from model.silhouette import Comparison
 
 # As the site's (static/css/site.css): --backdrop, and two colours that people who see no
 # difference between red and green tell apart, dark on light and light on dark.

@@ -1,114 +1,35 @@
-"""Outlines of bodies beside outlines in pictures: drawn, laid over one another, compared.
+"""A body's silhouette: drawn as pixels, and its edges row by row with their derivatives.
 
-Both lie on one sheet: the upright plane through the body's axis, seen from the photo's camera,
-in pixels of equal size. The photo is scaled by the stature, between crown and soles, put on the
-ground, and moved sideways until trunk and legs lie over one another best. Arms rarely hang as
-the avatar's do, so they are left out of what is judged: of the avatar by its body parts, of the
-photo where they stand off the trunk. Where they touch it, nothing beside the trunk is judged.
+All on the upright plane through the body's axis as a camera sees it (`cameras.seen`): metres to
+the picture's right of the axis, and above the floor.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
-from scipy import ndimage
 
-from model.anthropometry import TAPES
-from model.cameras import USUAL_CAMERA, Camera, Facing, Side, seen
+from model.cameras import USUAL_CAMERA, Camera, Facing, Side, axes, seen
 from model.geometry import Booleans, Floats, Integers, edges_of
-from model.girths import Girth, tie
-from model.masks import LIGHT, Mask, PictureRefusedError, runs
-from model.template_mesh import Body, TemplateMesh
+from model.masks import Mask
+from model.template_mesh import Body, Gradient, TemplateMesh
 
 ROWS = 900
-"""Pixels of the sheet from crown to soles: under 2 mm each."""
-
-MARGIN = 24
-"""Pixels of the sheet around what lies on it."""
+"""Pixels from crown to soles: under 2 mm each."""
 
 ARMS = ("upper_arm", "lower_arm", "hand")
 UPRIGHT = ("head_neck", "torso", "upper_leg", "lower_leg", "foot")
-"""What is judged."""
+"""All but the arms."""
 
 LEG = ("upper_leg_left", "lower_leg_left")
 
-TRUNK_LEVELS = (
-    "neck_girth",
-    "bust_girth",
-    "underbust_girth",
-    "waist_girth",
-    "abdomen_girth",
-    "hip_girth",
-)
-LEVELS: Mapping[Side, tuple[str, ...]] = {
-    "front": (*TRUNK_LEVELS, "mid_thigh_girth", "knee_girth", "calf_girth", "ankle_girth"),
-    "profile": (*TRUNK_LEVELS, "thigh_girth", "mid_thigh_girth", "knee_girth", "calf_girth"),
-}
-"""The girths at whose height breadths (front) and depths (profile) are told. From the front a
-leg's is the mean of both, where they stand apart; the thigh's tape runs where they touch. From
-the side both legs are one; the farther foot stands behind the ankle."""
+_STEEPEST = 2.0
+"""An outline that runs more level than this, metres sideways for one upwards, has no edge that a
+row tells: its slope is held here."""
 
-FREE = 0.3
-"""A run of the photo's pixels that overlaps the avatar by less than this share is an arm."""
-
-ARMS_END = 0.30
-"""Of the stature: lower down there are no hands, of whoever stands upright."""
-
-HANDS_END = 0.36
-"""Of the stature: down to here a hand may lie on a thigh, unseen."""
-
-_SMOOTH = 2
-"""A breadth is the mean over this many rows above and below, too."""
-
-LEAST_OVERLAP = 0.4
-"""Outlines of which less than this share is common, are not of one person standing upright."""
-
-
-@dataclass(frozen=True, eq=False)
-class Level:
-    """How broad or deep a figure is at the height of a girth, in metres on the sheet."""
-
-    measurement: str
-    photo: float
-    avatar: float
-    height: float
-
-
-@dataclass(frozen=True, eq=False)
-class Comparison:
-    """A photo's outline and an avatar's, on one sheet.
-
-    Attributes
-    ----------
-    side, camera, facing : how both are seen.
-    step : metres to a pixel of the sheet.
-    photo, avatar : ndarrays of bool, shape (h, w): with arms, soles on the same row.
-    arms : ndarray of bool, shape (h, w): what is not judged.
-    iou : how much of the two judged figures together is common to both.
-    distance : mean distance of the judged outlines from one another, in metres.
-    levels : from the top down.
-    unseen : girths whose level an arm hides.
-    origin : (2,) column and row on the sheet of the body's axis on the floor.
-    place : left, top and scale: a pixel (x, y) of the sheet lies at left + scale · x,
-        top + scale · y of the picture as it came.
-    """
-
-    side: Side
-    camera: Camera
-    facing: Facing
-    step: float
-    photo: Booleans
-    avatar: Booleans
-    arms: Booleans
-    iou: float
-    distance: float
-    levels: tuple[Level, ...]
-    unseen: tuple[str, ...]
-    origin: tuple[float, float]
-    place: tuple[float, float, float]
+_NEAR = 0.004
+"""Metres up and down over which an outline's slope is taken."""
 
 
 def fill(points: Floats, faces: NDArray[np.int32], size: tuple[int, int]) -> Booleans:
@@ -160,269 +81,87 @@ def silhouette(
     return Mask(cover, 0.0, 0.0, 1.0)
 
 
-def compare(
-    mask: Mask,
-    body: Body,
-    side: Side,
-    *,
-    camera: Camera = USUAL_CAMERA,
-    facing: Facing | None = None,
-) -> Comparison:
-    """A photo's outline beside a body's.
+@dataclass(frozen=True, eq=False)
+class Contour:
+    """The outermost points of some parts of a body, row by row.
 
-    Parameters
+    Attributes
     ----------
-    mask : of a person who stands upright.
-    facing : the picture's side that the person looks to in profile; found where not told.
-
-    Raises
-    ------
-    PictureRefusedError
-        Where the two have so little in common that the photo shows no standing person.
+    positions : ndarray of shape (n, 2), metres: the leftmost and the rightmost point of a row.
+    edges : ndarray of shape (n, 2, 2), the mesh edge that each lies on, by its vertices.
+    shares : ndarray of shape (n, 2), how far along that edge.
+    slopes : ndarray of shape (n, 2), how far sideways the outline goes for each metre up.
     """
-    ways: tuple[Facing, ...]
-    ways = ("right",) if side == "front" else ("right", "left") if facing is None else (facing,)
-    sheets = [_Sheet(mask, body, side, camera, way) for way in ways]
-    best = max(sheets, key=lambda sheet: sheet.overlap)
-    if best.overlap < LEAST_OVERLAP:
-        raise PictureRefusedError(
-            "no_person", f"{best.overlap:.2f} of the outline is a person's, under {LEAST_OVERLAP}"
-        )
-    return best.compared()
+
+    positions: Floats
+    edges: Integers
+    shares: Floats
+    slopes: Floats
 
 
-class _Sheet:
-    """A photo and a body laid over one another."""
-
-    def __init__(self, mask: Mask, body: Body, side: Side, camera: Camera, facing: Facing) -> None:
-        self.body, self.side, self.camera, self.facing = body, side, camera, facing
-        template = body.template
-        self.flat = seen(body.vertices, side, camera, facing)
-        low, high = self.flat[:, 1].min(), self.flat[:, 1].max()
-        self.step = float((high - low) / ROWS)
-        reach = float(np.abs(self.flat[:, 0]).max()) / self.step
-        ratio = len(mask.cover) / ROWS
-        half = int(max(reach, 0.8 * mask.cover.shape[1] / ratio)) + MARGIN
-        self.size = (2 * half, ROWS + 2 * MARGIN)
-        self.origin = (float(half), MARGIN + high / self.step)
-        self.points = self.origin + self.flat / self.step * [1, -1]
-        upright = template.faces[template.faces_of(*UPRIGHT)]
-        self.upright = fill(self.points, upright, self.size)
-        self.whole = fill(self.points, template.faces, self.size)
-        left = half - mask.cover.shape[1] / ratio / 2
-        left += self._shift(_laid(mask, left, ratio, self.size) >= LIGHT)
-        self.cover = _laid(mask, left, ratio, self.size)
-        self.photo: Booleans = self.cover >= LIGHT
-        scale = ratio * mask.scale
-        self.place = (mask.left - scale * left, mask.top - scale * MARGIN, scale)
-        common = (self.photo & self.upright).sum()
-        self.overlap = float(
-            common / ((self.photo & self.whole).sum() + (self.photo ^ self.whole).sum())
-        )
-
-    def _shift(self, photo: Booleans) -> float:
-        """How far to the right the photo goes, in pixels, to have most in common."""
-        width = self.size[0]
-        spectra = [np.fft.rfft(mask, 2 * width, axis=1) for mask in (self.upright, photo)]
-        common = np.fft.irfft((spectra[0] * spectra[1].conj()).sum(axis=0), 2 * width)
-        peak = int(common.argmax())
-        before, at, after = common[[peak - 1, peak, (peak + 1) % (2 * width)]]
-        bend = before - 2 * at + after
-        fine = 0.5 * (before - after) / bend if bend < 0 else 0.0
-        return float((peak + fine + width) % (2 * width) - width)
-
-    def compared(self) -> Comparison:
-        arms, hidden = self._arms()
-        photo, avatar = self.photo & ~arms, self.upright & ~arms
-        levels, unseen = self._levels(arms, hidden)
-        return Comparison(
-            side=self.side,
-            camera=self.camera,
-            facing=self.facing,
-            step=self.step,
-            photo=self.photo,
-            avatar=self.whole,
-            arms=arms,
-            iou=float((photo & avatar).sum() / (photo | avatar).sum()),
-            distance=_apart(photo, avatar, arms) * self.step,
-            levels=tuple(levels),
-            unseen=tuple(unseen),
-            origin=self.origin,
-            place=self.place,
-        )
-
-    def _row(self, height: float) -> int:
-        """The row at a height on the sheet, as a share of the stature."""
-        return int(MARGIN + (1 - height) * ROWS)
-
-    def _arms(self) -> tuple[Booleans, Booleans]:
-        """What is not judged: (h, w); and on which side of which row an arm hides it: (2, h)."""
-        height, width = self.photo.shape
-        arms = np.zeros_like(self.photo)
-        hidden = np.zeros((2, height), dtype=bool)
-        common = np.zeros((height, width + 1), dtype=np.int64)
-        np.cumsum(self.upright, axis=1, out=common[:, 1:])
-        rows, starts, ends = runs(self.photo)
-        kept = common[rows, ends] - common[rows, starts] >= FREE * (ends - starts)
-        kept |= rows >= self._row(ARMS_END)
-        first, last = np.full(height, width), np.zeros(height, dtype=np.int64)
-        np.minimum.at(first, rows[kept], starts[kept])
-        np.maximum.at(last, rows[kept], ends[kept])
-        sides = (ends <= first[rows]) & ~kept, (starts >= last[rows]) & ~kept
-        for row, start, end in zip(rows[~kept], starts[~kept], ends[~kept], strict=True):
-            arms[row, start:end] = True
-        shoulder = self._landmark_row("acromion_left")
-        if self.side == "profile":
-            # An arm that hangs is before the trunk or behind it: what it hides there is not known.
-            arms |= self.whole & ~self.upright
-            return arms, hidden
-        outside = ~self.upright
-        columns = np.arange(width)
-        for side in (0, 1):
-            apart = np.zeros(height, dtype=bool)
-            apart[rows[sides[side]]] = True
-            apart[:shoulder] = False
-            rest = np.zeros(height, dtype=bool)
-            rest[shoulder : self._row(HANDS_END)] = True
-            if apart.any():
-                low = int(np.flatnonzero(apart).max())
-                # A hand that ends freely hides nothing below it.
-                if self._ends_freely(low, side, first, last):
-                    rest[low + 1 :] = False
-            hidden[side] = rest & ~apart
-            edge = _edges_of(self.upright)[side]
-            beyond = columns[None] < edge[:, None] if side == 0 else columns[None] >= edge[:, None]
-            arms |= hidden[side][:, None] & beyond & outside
-        return arms, hidden
-
-    def _ends_freely(self, row: int, side: int, first: Integers, last: Integers) -> bool:
-        """Whether below this row, the last where an arm stands off, the leg grows no broader."""
-        near, below = row - 3, row + 6
-        ends = first if side == 0 else last
-        grown = (ends[near] - ends[below]) * (1 if side == 0 else -1)
-        return bool(grown < 0.012 * ROWS)
-
-    def _landmark_row(self, *names: str) -> int:
-        point = self.body.template.landmark_points(self.body.vertices, *names)
-        flat = seen(point[None], self.side, self.camera, self.facing)[0]
-        return int(self.origin[1] - flat[1] / self.step)
-
-    def _levels(self, arms: Booleans, hidden: Booleans) -> tuple[list[Level], list[str]]:
-        """Breadths or depths from the top down, and the levels that cannot be told."""
-        names = LEVELS[self.side]
-        template = self.body.template
-        girths = [girth for name in names if isinstance(girth := TAPES[name], Girth)]
-        tied, rows = tie(template, self.body.vertices[None], girths)
-        levels, unseen = [], []
-        for name, row in zip(names, rows[0].tolist(), strict=True):
-            leg = self.side == "front" and name not in TRUNK_LEVELS
-            loop = seen(tied.loop(row), self.side, self.camera, self.facing)
-            ends = loop[[loop[:, 0].argmin(), loop[:, 0].argmax()]]
-            height = float(self.origin[1] - ends[:, 1].mean() / self.step)
-            edges = _edges(template, LEG if leg else UPRIGHT)
-            near = range(int(height) - _SMOOTH, int(height) + _SMOOTH + 1)
-            avatar = np.mean([crossing(self.points, edges, row + 0.5) for row in near], axis=0)
-            photo = None
-            if leg or not hidden[:, int(height)].any():
-                photo = self._breadth(near, arms, avatar, legs=leg)
-            if photo is None:
-                unseen.append(name)
-                continue
-            levels.append(
-                Level(
-                    measurement=name,
-                    photo=photo * self.step,
-                    avatar=float(np.ptp(avatar)) * self.step,
-                    height=float((self.origin[1] - height) * self.step),
-                )
-            )
-        return sorted(levels, key=lambda level: -level.height), unseen
-
-    def _breadth(self, near: range, arms: Booleans, avatar: Floats, *, legs: bool) -> float | None:
-        """The photo's mean breadth in rows, in pixels; None where legs do not stand apart."""
-        found = []
-        for row in near:
-            cover = np.where(arms[row], 0, self.cover[row])
-            spans = _spans(cover)
-            if legs and len(spans) == 2:
-                found.append(float(np.mean([end - start for start, end in spans])))
-            elif not legs:
-                met = [end for end in spans if end[0] < avatar[1] and end[1] > avatar[0]]
-                if met:
-                    found.append(met[-1][1] - met[0][0])
-        return float(np.mean(found)) if len(found) > _SMOOTH else None
-
-
-def crossing(points: Floats, edges: Integers, row: float) -> tuple[float, float]:
-    """From where to where edges meet a row.
+def contour(
+    template: TemplateMesh, flat: Floats, parts: tuple[str, ...], heights: Floats
+) -> Contour:
+    """The outermost points of some parts at some heights.
 
     Parameters
     ----------
-    points : ndarray of shape (V, 2), columns and rows.
-    edges : ndarray of shape (E, 2).
+    flat : ndarray of shape (V, 2), as `cameras.seen` gives it.
+    heights : ndarray of shape (n,), metres above the floor on that plane.
 
     Raises
     ------
     ValueError
-        Where none does.
+        Where nothing is met at a height.
     """
-    starts, ends = points[edges[:, 0]], points[edges[:, 1]]
-    met = (starts[:, 1] - row) * (ends[:, 1] - row) < 0
-    if not met.any():
-        raise ValueError(f"nothing is met in row {row:.1f}")
-    starts, ends = starts[met], ends[met]
-    share = (row - starts[:, 1]) / (ends[:, 1] - starts[:, 1])
-    columns = starts[:, 0] + share * (ends[:, 0] - starts[:, 0])
-    return float(columns.min()), float(columns.max())
+    edges = _edges(template, parts)
+    positions, found, shares = _outermost(flat, edges, heights)
+    above, below = (_outermost(flat, edges, heights + way)[0] for way in (_NEAR, -_NEAR))
+    slopes = np.clip((above - below) / (2 * _NEAR), -_STEEPEST, _STEEPEST)
+    return Contour(positions, edges[found], shares, slopes)
 
 
-def _spans(cover: NDArray[np.float32]) -> list[tuple[float, float]]:
-    """Where a row is person, within a pixel's parts: an edge lies where its cover passes a half."""
-    _, starts, ends = runs(cover[None] >= LIGHT)
-    padded = np.concatenate([[0], cover, [0]])
-    spans = []
-    for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
-        before, at = padded[start], padded[start + 1]
-        last, after = padded[end], padded[end + 1]
-        spans.append(
-            (
-                start + 0.5 - (at - LIGHT) / (at - before),
-                end - 0.5 + (last - LIGHT) / (last - after),
-            )
-        )
-    return spans
+def contour_gradients(
+    found: Contour, vertices: Floats, side: Side, camera: Camera, facing: Facing
+) -> list[Gradient]:
+    """Derivatives of a contour's positions by the vertices, (V, 3): of all on the left, then of
+    all on the right.
 
-
-def _laid(mask: Mask, left: float, ratio: float, size: tuple[int, int]) -> NDArray[np.float32]:
-    """A mask on the sheet, its left edge in some column and `ratio` of its pixels to one."""
-    grey = Image.fromarray((np.pad(mask.cover, 1) * 255).astype(np.uint8))
-    placed = (ratio, 0, 1 - ratio * left, 0, ratio, 1 - ratio * MARGIN)
-    laid = grey.transform(size, Image.Transform.AFFINE, placed, Image.Resampling.BILINEAR)
-    cover: NDArray[np.float32] = np.asarray(laid).astype(np.float32) / np.float32(255)
-    return cover
-
-
-def _apart(one: Booleans, other: Booleans, blind: Booleans) -> float:
-    """How far two outlines are from one another, in pixels: the mean both ways.
-
-    Where they border on what is not judged, they are no outlines.
+    As the body moves another of its points may come to lie in the row: to first order that is
+    the outline's slope times how much higher the point has come.
     """
-    seam = ndimage.binary_dilation(blind, iterations=2)
-    edges = [(mask & ~ndimage.binary_erosion(mask)) for mask in (one, other)]
-    ways = []
-    for edge, target in (edges, edges[::-1]):
-        distances = ndimage.distance_transform_edt(~target)
-        ways.append(distances[edge & ~seam])
-    return float(np.mean([way.mean() for way in ways if len(way)]))
+    right, towards = axes(side, facing)
+    gradients = []
+    for end in (0, 1):
+        for edge, share, slope in zip(
+            found.edges[:, end], found.shares[:, end], found.slopes[:, end], strict=True
+        ):
+            points = vertices[edge]
+            depth = (camera.distance - points @ towards)[:, None]
+            across = right + (points @ right)[:, None] / depth * towards
+            up = [0, 1, 0] + (points[:, 1] - camera.height)[:, None] / depth * towards
+            weights = np.array([1 - share, share])[:, None]
+            gradients.append((edge, camera.distance / depth * weights * (across - slope * up)))
+    return gradients
 
 
-def _edges_of(inside: Booleans) -> tuple[Integers, Integers]:
-    """The first filled column of each row and the one past the last; of empty rows, both ends."""
-    width = inside.shape[1]
-    some = inside.any(axis=1)
-    first = np.where(some, inside.argmax(axis=1), width)
-    last = np.where(some, width - inside[:, ::-1].argmax(axis=1), 0)
-    return first, last
+def _outermost(flat: Floats, edges: Integers, heights: Floats) -> tuple[Floats, Integers, Floats]:
+    """Left and right: positions, places among the edges, and shares along them, (n, 2) each."""
+    starts, ends = flat[edges[:, 0]], flat[edges[:, 1]]
+    low = np.minimum(starts[:, 1], ends[:, 1])
+    high = np.maximum(starts[:, 1], ends[:, 1])
+    positions = np.empty((len(heights), 2))
+    shares = np.empty((len(heights), 2))
+    found = np.empty((len(heights), 2), dtype=np.int64)
+    for row, height in enumerate(heights.tolist()):
+        met = np.flatnonzero((low < height) & (high >= height))
+        if not len(met):
+            raise ValueError(f"nothing is met {height:.3f} m above the floor")
+        share = (height - starts[met, 1]) / (ends[met, 1] - starts[met, 1])
+        across = starts[met, 0] + share * (ends[met, 0] - starts[met, 0])
+        outer = [across.argmin(), across.argmax()]
+        positions[row], found[row], shares[row] = across[outer], met[outer], share[outer]
+    return positions, found, shares
 
 
 @lru_cache(maxsize=64)

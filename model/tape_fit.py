@@ -61,6 +61,7 @@ class TapeFit:
     Attributes
     ----------
     body : the fitted body.
+    coefficients : of that body, ndarray of shape (K,).
     misses : of every asked value, what the body measures less what was asked; SI units.
     distance : how far the body is from the mean one, squared, in the population's covariance.
     furthest : the largest such distance that still looks like a person, see `furthest`.
@@ -68,6 +69,7 @@ class TapeFit:
     """
 
     body: Body
+    coefficients: Floats
     misses: Mapping[str, float]
     distance: float
     furthest: float
@@ -84,8 +86,29 @@ def furthest(estimator: Estimator, count: int) -> float:
     return float(estimator.reach * chi2.ppf(USUAL, count))
 
 
-def fit_to_tape(estimator: Estimator, asked: MeasurementSet) -> TapeFit:
+@dataclass(frozen=True, eq=False)
+class Likely:
+    """Which bodies are likely, where more is known than what kind they are of.
+
+    Attributes
+    ----------
+    mean : ndarray of shape (K,), coefficients.
+    spread : ndarray of shape (K, K), lower triangular, as an estimator's.
+    """
+
+    mean: Floats
+    spread: Floats
+
+
+def fit_to_tape(
+    estimator: Estimator, asked: MeasurementSet, likely: Likely | None = None
+) -> TapeFit:
     """The likeliest body that measures what was asked.
+
+    Parameters
+    ----------
+    likely : in place of the estimator's population. Distances are then from its mean, in its
+        covariance, and nothing bounds them.
 
     Raises
     ------
@@ -94,14 +117,15 @@ def fit_to_tape(estimator: Estimator, asked: MeasurementSet) -> TapeFit:
     """
     if not asked:
         raise ValueError("a fit needs one measurement at least")
-    search = _Search(estimator, asked)
+    search = _Search(estimator, asked, likely)
     rounds = 0
     while not search.met and rounds < ROUNDS and search.gains:
         search.go()
         rounds += 1
     misses = dict(zip(asked, search.misses.tolist(), strict=True))
     distance = float(search.w @ search.w)
-    return TapeFit(search.body, misses, distance, search.furthest, rounds)
+    coefficients = search.likely.mean + search.likely.spread @ search.w
+    return TapeFit(search.body, coefficients, misses, distance, search.furthest, rounds)
 
 
 class _Search:
@@ -122,13 +146,13 @@ class _Search:
     gains : whether going on is of use.
     """
 
-    def __init__(self, estimator: Estimator, asked: MeasurementSet) -> None:
+    def __init__(self, estimator: Estimator, asked: MeasurementSet, likely: Likely | None) -> None:
         self.estimator = estimator
+        self.likely = likely or Likely(estimator.mean, estimator.spread)
         self.pieces = TapePieces(estimator.template, [TAPES[name] for name in asked])
-        self.furthest = furthest(estimator, len(asked))
-        self.w = solve_triangular(
-            estimator.spread, estimator.likeliest(asked) - estimator.mean, lower=True
-        )
+        self.furthest = np.inf if likely else furthest(estimator, len(asked))
+        start = self.likely.mean if likely else estimator.likeliest(asked)
+        self.w = solve_triangular(self.likely.spread, start - self.likely.mean, lower=True)
         # The estimate of contradictory values may be no body at all.
         self.w *= min(1.0, np.sqrt(self.furthest / max(float(self.w @ self.w), 1e-12)))
         self.centre = self.w
@@ -256,7 +280,7 @@ class _Search:
         if not len(new):
             return
         gradients = self.pieces.gradients(body.vertices, reading, new)
-        slopes = self.estimator.basis.by_coefficients(gradients) @ self.estimator.spread
+        slopes = self.estimator.basis.by_coefficients(gradients) @ self.likely.spread
         self.slopes[new] = slopes / self.scales[self.pieces.owner[new]][:, None]
         self.known[new] = True
 
@@ -265,4 +289,4 @@ class _Search:
         return misses
 
     def _body(self, w: Floats) -> Body:
-        return self.estimator.body(self.estimator.mean + self.estimator.spread @ w)
+        return self.estimator.body(self.likely.mean + self.likely.spread @ w)

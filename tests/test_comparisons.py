@@ -4,6 +4,7 @@ import base64
 import io
 import json
 
+import jsonschema
 import numpy as np
 import pytest
 from conftest import text
@@ -94,6 +95,44 @@ def test_a_broader_waist_is_told_in_the_waists_level(client):
         assert waist["photo_cm"] - waist["avatar_cm"] > 1
         calf = levels["calf_girth"]
         assert calf["photo_cm"] == pytest.approx(calf["avatar_cm"], abs=0.5)
+
+
+def test_outlines_refine_the_body_and_entered_values_stay(client, description):
+    """Of a man with a deeper chest and thicker thighs than most of his height and waist."""
+    true = PERSON["measurements"] | {"bust_girth": 111, "thigh_girth": 63}
+    pictures = {
+        side: outline(client, side, PERSON | {"measurements": true})
+        for side in ("front", "profile")
+    }
+    answer = send(client, PERSON | {"refine": True}, **pictures).json
+    schema = description["components"]["schemas"]["Comparison"]
+    components = {"components": description["components"]}
+    jsonschema.Draft202012Validator(schema | components).validate(answer)
+    refinement = answer["refinement"]
+    assert refinement["pull"] == 1
+    assert 0.1 < refinement["moved_cm"]["mean"] < refinement["moved_cm"]["most"]
+    rows = {row["name"]: row for row in refinement["measurements"]}
+    for name, value in PERSON["measurements"].items():
+        assert rows[name]["before"] == pytest.approx(value, abs=0.1)
+        assert rows[name]["after"] == pytest.approx(value, abs=0.1)
+    for name in ("bust_girth", "thigh_girth"):
+        before, after = (abs(rows[name][when] - true[name]) for when in ("before", "after"))
+        assert after < 0.6 * before, name
+    for side in ("front", "profile"):
+        before, after = answer[side], refinement[side]
+        assert after["iou"] > before["iou"]
+        assert after["mean_outline_distance_cm"] < 0.7 * before["mean_outline_distance_cm"]
+
+
+def test_nothing_is_refined_unless_it_is_asked_for(client):
+    assert "refinement" not in send(client, front=outline(client, "front")).json
+    refused = send(client, PERSON | {"refine": "yes"}, front=outline(client, "front"))
+    assert faults(refused) == {("refine", "invalid_choice")}
+
+
+@pytest.fixture(scope="module")
+def description(site):
+    return site.test_client().get("/api/v1/openapi.json").json
 
 
 def test_levels_are_in_centimetres_in_all_units(client):
@@ -229,6 +268,15 @@ def test_the_camera_is_told_in_the_shoppers_units(shopper):
         ("camera_distance", "out_of_range"),
         ("camera_height", "not_a_number"),
     }
+
+
+def test_the_page_shows_before_and_after(shopper):
+    person = {"body": "male", "measurements": {"stature": 178, "weight": 80, "waist_girth": 94}}
+    answer = answered(shopper, front=outline(shopper, "front", person), refine="1").json
+    assert answer["refinement"]["front"]["iou"] > answer["front"]["iou"]
+    picture(answer["refinement"]["front"]["avatar_png"])
+    labels = {row["name"]: row["label"] for row in answer["refinement"]["measurements"]}
+    assert labels["stature"] == "Height"
 
 
 def test_a_page_without_its_token_is_not_answered(site):

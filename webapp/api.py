@@ -85,18 +85,23 @@ def comparison() -> Response:
         message = "Not known here. Allowed: avatar, front, profile."
         raise Refused([Refusal(str(name), "unknown_member", message) for name in sorted(unknown)])
     if "avatar" in request.files:
-        content = request.files["avatar"].read()
+        asked = request.files["avatar"].read()
     elif "avatar" in request.form:
-        content = request.form["avatar"].encode()
+        asked = request.form["avatar"].encode()
     else:
         message = "The part avatar, a JSON object, is needed."
         raise Refused([Refusal("avatar", "required", message)])
-    if len(content) > comparisons.MOST_DOCUMENT:
+    if len(asked) > comparisons.MOST_DOCUMENT:
         abort(413)
-    wanted = _read(content, COMPARISON_MEMBERS)
+    wanted = _read(asked, COMPARISON_MEMBERS)
     masks = comparisons.masks_sent()
-    views = comparisons.compare_all(make_avatar(wanted), masks)
-    return jsonify({side: comparisons.document(view) for side, view in views.items()})
+    avatar = make_avatar(wanted)
+    views = comparisons.compare_all(avatar, masks)
+    content: dict[str, Any] = {side: comparisons.document(view) for side, view in views.items()}
+    if wanted.refine:
+        improved = comparisons.improve(avatar, masks, views)
+        content["refinement"] = comparisons.refinement(avatar, improved)
+    return jsonify(content)
 
 
 @bp.get("/openapi.json")

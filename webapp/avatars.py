@@ -117,18 +117,30 @@ def make_avatar(wanted: AvatarRequest) -> Avatar:
             body = fit_to_tape(estimator, wanted.asked).body
         else:
             body = estimator.estimate(wanted.asked)
-        measured = measure(body)
+        avatar = avatar_of(wanted, estimator, body)
     except ImpossibleBodyError:
         raise Refused([Refusal("measurements", "contradictory", CONTRADICTORY)]) from None
     if wanted.fit == "tape":
         metrics.fitted(
             wanted.body,
             (
-                abs(value - measured.values[name])
+                abs(value - avatar.measured.values[name])
                 for name, value in wanted.asked.items()
                 if MEASUREMENTS[name].unit == "m"
             ),
         )
+    return avatar
+
+
+def avatar_of(wanted: AvatarRequest, estimator: Estimator, body: Body) -> Avatar:
+    """A body with what it measures.
+
+    Raises
+    ------
+    ImpossibleBodyError
+        For what is no body.
+    """
+    measured = measure(body)
     noise = {**TAPE_NOISE, **wanted.noise} if wanted.noise else None
     ranges = estimator.ranges(wanted.asked, measured.values, noise=noise)
     return Avatar(wanted, estimator, body, measured, ranges)

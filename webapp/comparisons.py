@@ -7,20 +7,21 @@ in memory until it is answered.
 import base64
 import io
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import IO, Any
 
 from flask import Blueprint, Request, Response, jsonify, redirect, render_template, request, url_for
 from werkzeug.wrappers import Response as AnyResponse
 
 from model.cameras import Camera, Side
+from model.comparison import Comparison, compare
 from model.comparison_pictures import difference, filled, overlay, projection
 from model.masks import MOST_ACROSS, MOST_BYTES, MOST_PIXELS, Mask, PictureRefusedError, read_mask
 from model.measurements import MEASUREMENTS
+from model.refinement import Photo, Refined, refine
 from model.rendering import RenderingUnavailable, render_png
-from model.silhouette import Comparison, compare
 from webapp import units
-from webapp.avatars import Avatar, make_avatar, shown_request
+from webapp.avatars import Avatar, avatar_of, make_avatar, shown_request
 from webapp.forms import CAMERA_LIMITS, AvatarRequest, Refusal, Refused
 from webapp.units import Units
 
@@ -149,6 +150,50 @@ def compare_all(avatar: Avatar, masks: Mapping[Side, Mask]) -> dict[Side, Compar
     return found
 
 
+@dataclass(frozen=True, slots=True)
+class Improved:
+    """An avatar that the outlines had a say in, and the same outlines beside it."""
+
+    avatar: Avatar
+    refined: Refined
+    views: Mapping[Side, Comparison]
+
+
+def improve(
+    avatar: Avatar, masks: Mapping[Side, Mask], views: Mapping[Side, Comparison]
+) -> Improved:
+    """The avatar as the outlines would have it; entered values hold as they did."""
+    photos = [Photo(masks[side], side, view.camera, view.facing) for side, view in views.items()]
+    refined = refine(avatar.estimator, avatar.wanted.asked, photos)
+    improved = avatar_of(avatar.wanted, avatar.estimator, refined.fit.body)
+    return Improved(improved, refined, compare_all(improved, masks))
+
+
+def refinement(avatar: Avatar, improved: Improved) -> dict[str, Any]:
+    """What the outlines changed, in the request's units; and the views, in centimetres."""
+    refined, chosen = improved.refined, avatar.wanted.units
+    before, after = avatar.measured.values, improved.avatar.measured.values
+    return {
+        "pull": refined.pull,
+        "moved_cm": {
+            "mean": round(100 * float(refined.moved.mean()), 3),
+            "most": round(100 * float(refined.moved.max()), 3),
+        },
+        "cloth_cm": round(100 * refined.cloth, 2),
+        "unexplained": round(refined.unexplained, 3),
+        "measurements": [
+            {
+                "name": name,
+                "unit": units.SYMBOLS[MEASUREMENTS[name].unit][chosen],
+                "before": round(units.from_si(before[name], MEASUREMENTS[name].unit, chosen), 3),
+                "after": round(units.from_si(after[name], MEASUREMENTS[name].unit, chosen), 3),
+            }
+            for name in before
+        ],
+        **{side: document(view) for side, view in improved.views.items()},
+    }
+
+
 def document(comparison: Comparison) -> dict[str, Any]:
     """One view, as the contract has it: centimetres."""
     return {
@@ -217,30 +262,39 @@ def answer() -> Response | AnyResponse | str | tuple[str, int]:
         wanted = _with_camera(wanted)
         masks = masks_sent()
         avatar = make_avatar(wanted)
-        views = {
-            side: shown(comparison, avatar)
-            for side, comparison in compare_all(avatar, masks).items()
-        }
+        compared = compare_all(avatar, masks)
+        views = {side: shown(view, avatar) for side, view in compared.items()}
+        changes: dict[str, Any] = {}
+        if request.form.get("refine"):
+            improved = improve(avatar, masks, compared)
+            changes = refinement(avatar, improved)
+            for row in changes["measurements"]:
+                row["label"] = MEASUREMENTS[row["name"]].label
+            for side, view in improved.views.items():
+                changes[side] = shown(view, improved.avatar)
     except Refused as refused:
         if as_json:
             raise
         return _page(wanted, faults=refused.faults), getattr(refused, "status", 422)
     if not as_json:
-        return _page(wanted, views=views)
+        return _page(wanted, views=views, changes=changes)
     reasons = [{"code": code, "title": title, "words": words} for code, title, words in REASONS]
-    return jsonify({"units": wanted.units, "reasons": reasons} | views)
+    content = {"units": wanted.units, "reasons": reasons} | views
+    return jsonify(content | ({"refinement": changes} if changes else {}))
 
 
 def _page(
     wanted: AvatarRequest,
     views: Mapping[Side, Mapping[str, Any]] | None = None,
     faults: tuple[Refusal, ...] = (),
+    changes: Mapping[str, Any] | None = None,
 ) -> str:
     return render_template(
         "comparisons/compare.html",
         units=wanted.units,
         symbol=units.SYMBOLS["m"][wanted.units],
         views=views or {},
+        changes=changes or {},
         faults=faults,
         messages={fault.field: fault.message for fault in faults},
         reasons=REASONS,

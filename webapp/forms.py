@@ -24,7 +24,7 @@ Limits = Mapping[str, tuple[float, float]]
 BODY_MEMBERS = ("body", "units", "measurements", "fit")
 FILE_MEMBERS = (*BODY_MEMBERS, "morph_targets")
 PICTURE_MEMBERS = (*BODY_MEMBERS, "silhouette", "camera", "facing")
-COMPARISON_MEMBERS = PICTURE_MEMBERS
+COMPARISON_MEMBERS = (*PICTURE_MEMBERS, "refine")
 
 Fit = Literal["tape", "linear"]
 FITS: tuple[Fit, Fit] = get_args(Fit)
@@ -69,6 +69,7 @@ class AvatarRequest:
     fit: Fit = "tape"
     morph_targets: bool = False
     noise: Mapping[str, float] = field(default_factory=dict)
+    refine: bool = False
     silhouette: bool = False
     camera: Camera = field(default_factory=Camera)
     facing: Literal["right", "left"] = "right"
@@ -114,6 +115,7 @@ def read_document(
     facing = _choice(document, "facing", ("right", "left"), "right", faults)
     silhouette = _flag(document, "silhouette", faults)
     morph_targets = _flag(document, "morph_targets", faults)
+    refine = _flag(document, "refine", faults)
     camera = _camera(document.get("camera", {}), faults)
     asked = _asked(document, chosen, limits.get(cast(BodyKind, body)), faults)
     if faults:
@@ -124,6 +126,7 @@ def read_document(
         asked=MeasurementSet(asked),
         fit=fit,
         morph_targets=morph_targets,
+        refine=refine,
         silhouette=silhouette,
         camera=camera,
         facing=cast(Literal["right", "left"], facing),

@@ -2,9 +2,9 @@
 
 from typing import Any
 
+from model.comparison import LEVELS
 from model.masks import LEAST_HEIGHT, MOST_ACROSS, MOST_BYTES, MOST_PIXELS
 from model.measurements import BODY_KINDS, MEASUREMENTS
-from model.silhouette import LEVELS
 from webapp.comparisons import SIDES
 from webapp.forms import CAMERA_LIMITS, FITS
 from webapp.units import SYMBOLS, UNITS
@@ -150,11 +150,72 @@ def _schemas() -> dict[str, Schema]:
         "AvatarRequest": _object(asked, required=needed),
         "AvatarFileRequest": _object(asked | morphs, required=needed),
         "PictureRequest": _object(asked | drawn, required=needed),
-        "ComparisonRequest": _object(asked | drawn, required=needed),
+        "ComparisonRequest": _object(
+            asked
+            | drawn
+            | {
+                "refine": {
+                    "type": "boolean",
+                    "default": False,
+                    "description": "Whether to answer, beside the comparison, what the body would "
+                    "be if the outlines had a say in what the entered values leave open: "
+                    "`refinement`. Entered values hold as before.",
+                }
+            },
+            required=needed,
+        ),
         "Comparison": {
-            **_object({side: _ref("ComparedView") for side in SIDES}, required=[]),
+            **_object(
+                {side: _ref("ComparedView") for side in SIDES} | {"refinement": _ref("Refinement")},
+                required=[],
+            ),
             "minProperties": 1,
         },
+        "Refinement": _object(
+            {
+                "pull": {
+                    "type": "number",
+                    "minimum": 0,
+                    "maximum": 1,
+                    "description": "How much the outlines were trusted: 1 as usual; a half, a "
+                    "quarter or less where more would have made a body that nobody has, or lost "
+                    "an entered value; 0 where they were given up and nothing changed.",
+                },
+                "moved_cm": _object(
+                    {
+                        "mean": {"type": "number", "description": "Of all points of the skin."},
+                        "most": {"type": "number", "description": "Of any point."},
+                    }
+                ),
+                "cloth_cm": {
+                    "type": "number",
+                    "description": "How far the outlines lie outside the body all over: what was "
+                    "taken for cloth. Below zero where they lie inside.",
+                },
+                "unexplained": {
+                    "type": "number",
+                    "minimum": 0,
+                    "maximum": 1,
+                    "description": "The share of the outlines' edges that no likely body has, and "
+                    "that therefore count for little: loose clothes, hands, another stance.",
+                },
+                "measurements": {
+                    "type": "array",
+                    "items": _object(
+                        {
+                            "name": row["name"],
+                            "unit": row["unit"],
+                            "before": number,
+                            "after": number,
+                        }
+                    ),
+                    "minItems": len(MEASUREMENTS),
+                    "maxItems": len(MEASUREMENTS),
+                },
+                **{side: _ref("ComparedView") for side in SIDES},
+            },
+            required=["pull", "moved_cm", "cloth_cm", "unexplained", "measurements"],
+        ),
         "ComparedView": _object(
             {
                 "iou": {

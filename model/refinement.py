@@ -1,0 +1,216 @@
+"""Outlines help the body: what photos say is weighed with what bodies look like.
+
+Edges of the outlines, row by row, are observations of the body. Given those, with their noise,
+the likely bodies are again a normal law, of another mean and a smaller spread (Bayes' rule for
+linear observations; Gauss-Newton, as an outline bends when the body does); among them the tape
+fit finds the one that measures what was asked. Entered values hold as before, and outlines have a
+say in what those leave open.
+
+Clothes, stance and arms are no body. How far cloth stands off is left open, and so is where the
+person stands, leans and sways; what an arm may hide is left out; and an edge that is far from
+where any likely body has it counts for little.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import qr
+
+from model.cameras import Camera, Facing, Side, seen
+from model.comparison import Edges, photo_edges
+from model.estimators import Estimator
+from model.geometry import Floats
+from model.masks import Mask
+from model.measurements import MEASUREMENTS, MeasurementSet
+from model.silhouette import LEG, UPRIGHT, contour, contour_gradients
+from model.tape_fit import TOLERANCES, Likely, TapeFit, fit_to_tape, furthest
+
+NOISE = 0.004
+"""Metres: how far an outline's edge may be off, in rows 15 mm apart. Two passes of the segmenter
+over one photo differ by 4 mm in the breadth of a trunk."""
+
+CLOTH = 0.006
+"""Metres: how far cloth stands off the body all over, as a deviation: photos are asked for in
+tight clothes."""
+
+PLACE, LEAN, SWAY = 0.05, 0.03, 0.01
+"""Metres: how far the figure may be off to one side as a whole, at head and feet by leaning and
+at its middle by swaying, as deviations, for each photo anew."""
+
+OUTLIER = 3.0
+"""An edge that is off by this many times the noise counts half (Cauchy's weights)."""
+
+ROUNDS = 3
+"""Each lays the photos over the newest body. The third moves it by a tenth of a millimetre."""
+
+REWEIGHTINGS = 4
+
+MILDER = 4
+"""Where the pull asks for a body that nobody has, or entered values are lost, the noise is taken
+to be twice as large, and twice again: so often at most before outlines are given up."""
+
+
+@dataclass(frozen=True, eq=False)
+class Photo:
+    """An outline, and how it was seen."""
+
+    mask: Mask
+    side: Side
+    camera: Camera
+    facing: Facing
+
+
+@dataclass(frozen=True, eq=False)
+class Refined:
+    """A body that outlines had a say in.
+
+    Attributes
+    ----------
+    fit : as the tape fit gives it; its distance and limit are the population's.
+    moved : ndarray of shape (V,), metres: how far each vertex is from where it was without.
+    cloth : metres that were taken for cloth, all over.
+    unexplained : the share of edges that count less than half.
+    pull : 1 for the whole, a half where the noise had to be taken twice as large, and so on; 0
+        where outlines were given up.
+    """
+
+    fit: TapeFit
+    moved: Floats
+    cloth: float
+    unexplained: float
+    pull: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Observed:
+    """Edges beside a body's: n of them.
+
+    Attributes
+    ----------
+    rest : ndarray of shape (n,), metres: how far the photo's are outside or to the right.
+    slopes : ndarray of shape (n, K), by the body's coefficients.
+    free : ndarray of shape (n, F), by what is no body, each of unit deviation; cloth first.
+    """
+
+    rest: Floats
+    slopes: Floats
+    free: Floats
+
+
+def refine(estimator: Estimator, asked: MeasurementSet, photos: Sequence[Photo]) -> Refined:
+    """The likeliest body that measures what was asked, given outlines of the person.
+
+    Raises
+    ------
+    ValueError
+        Where nothing is asked.
+    PictureRefusedError
+        For an outline of something else.
+    """
+    first = fit_to_tape(estimator, asked)
+    for times in range(MILDER):
+        fit, cloth, unexplained = _pulled(estimator, asked, photos, first, NOISE * 2**times)
+        if _holds(first, fit):
+            moved = np.linalg.norm(fit.body.vertices - first.body.vertices, axis=1)
+            return Refined(fit, moved, cloth, unexplained, 0.5**times)
+    return Refined(first, np.zeros(len(first.body.vertices)), 0.0, 1.0, 0.0)
+
+
+def _pulled(
+    estimator: Estimator,
+    asked: MeasurementSet,
+    photos: Sequence[Photo],
+    first: TapeFit,
+    noise: float,
+) -> tuple[TapeFit, float, float]:
+    """A fit, what was taken for cloth, and the share of edges that count little."""
+    fit, centre = first, estimator.likeliest(asked)
+    for _ in range(ROUNDS):
+        seen_now = [_observe(estimator, fit, photo) for photo in photos]
+        likely, cloth, weights = _given(estimator, centre, fit.coefficients, seen_now, noise)
+        fit = fit_to_tape(estimator, asked, likely)
+    w = np.linalg.solve(estimator.spread, fit.coefficients - estimator.mean)
+    fit = replace(fit, distance=float(w @ w), furthest=furthest(estimator, len(MEASUREMENTS)))
+    return fit, cloth, float((weights < 0.5).mean())
+
+
+def _holds(first: TapeFit, fit: TapeFit) -> bool:
+    """Whether a fit looks like a person, and misses nothing that the first one met."""
+    kept = all(
+        abs(miss) <= max(TOLERANCES[MEASUREMENTS[name].unit], abs(first.misses[name]))
+        for name, miss in fit.misses.items()
+    )
+    return kept and fit.distance <= fit.furthest
+
+
+def _observe(estimator: Estimator, fit: TapeFit, photo: Photo) -> _Observed:
+    """A photo's edges beside those of a body."""
+    body, basis = fit.body, estimator.basis
+    edges = photo_edges(photo.mask, body, photo.side, photo.camera, photo.facing)
+    flat = seen(body.vertices, edges.side, edges.camera, edges.facing)
+    heights, places = np.unique(edges.heights, return_inverse=True)
+    trunk = contour(body.template, flat, UPRIGHT, heights)
+    by_vertex = contour_gradients(trunk, body.vertices, edges.side, edges.camera, edges.facing)
+    slopes = basis.by_coefficients(by_vertex)[places + edges.ends * len(heights)]
+    along = 2 * edges.heights / flat[:, 1].max() - 1
+    free = [CLOTH * (2.0 * edges.ends - 1), np.full(len(along), PLACE), LEAN * along]
+    free.append(SWAY * (1 - along**2))
+    observed = _Observed(
+        edges.positions - trunk.positions[places, edges.ends], slopes, np.column_stack(free)
+    )
+    return _with_legs(estimator, fit, edges, flat, observed) if edges.side == "front" else observed
+
+
+def _with_legs(
+    estimator: Estimator, fit: TapeFit, edges: Edges, flat: Floats, observed: _Observed
+) -> _Observed:
+    """Breadths of legs too: where each leg stands, is left open."""
+    body, count = fit.body, len(edges.leg_heights)
+    legs = contour(body.template, flat, LEG, edges.leg_heights)
+    by_vertex = contour_gradients(legs, body.vertices, edges.side, edges.camera, edges.facing)
+    slopes = estimator.basis.by_coefficients(by_vertex)
+    free = np.zeros((count, observed.free.shape[1]))
+    free[:, 0] = 2 * CLOTH
+    return _Observed(
+        np.concatenate([observed.rest, edges.leg_breadths - np.ptp(legs.positions, axis=1)]),
+        np.concatenate([observed.slopes, slopes[count:] - slopes[:count]]),
+        np.concatenate([observed.free, free]),
+    )
+
+
+def _given(
+    estimator: Estimator, centre: Floats, at: Floats, photos: Sequence[_Observed], noise: float
+) -> tuple[Likely, float, Floats]:
+    """Which bodies are likely given the edges; what was taken for cloth; each edge's weight.
+
+    Parameters
+    ----------
+    centre : ndarray of shape (K,), coefficients of what is likeliest without them.
+    at : ndarray of shape (K,), coefficients of the body that the edges were taken beside.
+    """
+    slopes = np.concatenate([photo.slopes for photo in photos]) @ estimator.spread
+    size = len(at)
+    # One cloth for all photos; each its own place, lean and sway.
+    own = [photo.free.shape[1] - 1 for photo in photos]
+    free = np.zeros((len(slopes), 1 + sum(own)))
+    free[:, 0] = np.concatenate([photo.free[:, 0] for photo in photos])
+    row, column = 0, 1
+    for photo, count in zip(photos, own, strict=True):
+        free[row : row + len(photo.rest), column : column + count] = photo.free[:, 1:]
+        row, column = row + len(photo.rest), column + count
+    w = np.linalg.solve(estimator.spread, at - centre)
+    goal = np.concatenate([photo.rest for photo in photos]) + slopes @ w
+    every = np.concatenate([slopes, free], axis=1) / noise
+    weights = np.ones(len(goal))
+    for _ in range(REWEIGHTINGS):
+        weighted = every * weights[:, None]
+        precision = np.eye(every.shape[1]) + weighted.T @ every
+        found = np.linalg.solve(precision, weighted.T @ goal / noise)
+        weights = 1 / (1 + ((goal / noise - every @ found) / OUTLIER) ** 2)
+    half = np.linalg.cholesky(np.linalg.inv(precision)[:size, :size])
+    # A triangular root of spread · covariance · spreadᵀ, without squaring either.
+    root = np.asarray(qr((estimator.spread @ half).T, mode="r")[0][:size].T, dtype=np.float64)
+    triangle = root * np.where(np.diag(root) < 0, -1.0, 1.0)
+    mean = centre + estimator.spread @ found[:size]
+    return Likely(mean, triangle), float(found[size] * CLOTH), weights

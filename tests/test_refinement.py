@@ -1,0 +1,101 @@
+"""Refinement: outlines bring the body nearer to the person, and entered values stay."""
+
+import numpy as np
+import pytest
+
+from bench.outlines import roughened
+from model import refinement
+from model.anthropometry import measure, measure_batch
+from model.cameras import Camera
+from model.estimators import load_estimators
+from model.masks import person
+from model.measurements import MeasurementSet
+from model.refinement import Photo, refine
+from model.silhouette import silhouette
+from model.tape_fit import fit_to_tape
+from model.template_mesh import Body
+from model.training.population import load_population
+
+ASKED = ("stature", "bust_girth", "hip_girth", "inseam_height")
+CAMERA = Camera(distance=2.5, height=1.1)
+
+
+def person_of(row):
+    """A held-out body, its estimator, what is asked of it, and two rough outlines."""
+    population = load_population()
+    row = np.flatnonzero(population.held_out)[row]
+    estimator = load_estimators()["female" if population.sexes[row] == 0 else "male"]
+    body = estimator.body(population.coefficients[row])
+    values = measure_batch(body.template, body.vertices[None], ASKED)[0]
+    asked = MeasurementSet(dict(zip(ASKED, values, strict=True)))
+    random = np.random.default_rng(0)
+    photos = []
+    for side in ("front", "profile"):
+        mask = silhouette(body, side, camera=CAMERA, facing="left")
+        rough = person(roughened(mask, 0.01, asked["stature"], random))
+        photos.append(Photo(rough, side, CAMERA, "right" if side == "front" else "left"))
+    return body, estimator, asked, photos
+
+
+def judged(body):
+    """The vertices of trunk and legs."""
+    template = body.template
+    return np.unique(template.faces[template.faces_of("torso", "upper_leg", "lower_leg")])
+
+
+@pytest.mark.parametrize("row", [3, 300])
+def test_the_body_comes_nearer_and_entered_values_stay(row):
+    body, estimator, asked, photos = person_of(row)
+    first = fit_to_tape(estimator, asked)
+    refined = refine(estimator, asked, photos)
+    before, after = (
+        np.linalg.norm(fit.body.vertices - body.vertices, axis=1)[judged(body)].mean()
+        for fit in (first, refined.fit)
+    )
+    assert after < 0.75 * before
+    taken = measure(refined.fit.body).values
+    assert {name: taken[name] for name in asked} == pytest.approx(dict(asked), abs=0.001)
+    moved = np.linalg.norm(refined.fit.body.vertices - first.body.vertices, axis=1)
+    assert refined.moved == pytest.approx(moved)
+    assert refined.pull == 1
+    assert refined.unexplained < 0.1
+    assert abs(refined.cloth) < 0.006
+    assert refined.fit.distance < refined.fit.furthest
+
+
+def test_the_bodys_own_outline_changes_next_to_nothing():
+    _, estimator, asked, _ = person_of(3)
+    own = fit_to_tape(estimator, asked).body
+    photos = [
+        Photo(silhouette(own, side, camera=CAMERA), side, CAMERA, "right")
+        for side in ("front", "profile")
+    ]
+    assert refine(estimator, asked, photos).moved.mean() < 0.0015
+
+
+def test_what_would_be_no_person_is_given_up(monkeypatch):
+    _, estimator, asked, photos = person_of(3)
+    monkeypatch.setattr(refinement, "furthest", lambda estimator, count: 0.001)
+    refined = refine(estimator, asked, photos)
+    assert refined.pull == 0
+    assert not refined.moved.any()
+    own = fit_to_tape(estimator, asked).body
+    assert np.array_equal(refined.fit.body.vertices, own.vertices)
+
+
+def test_an_arm_before_the_waist_is_not_taken_for_it():
+    """From the front, an arm that touches the trunk hides that side of it."""
+    body, estimator, asked, photos = person_of(3)
+    touched = photos[0].mask.cover.copy()
+    for row in range(340, 460):
+        touched[row, touched.shape[1] // 2 : np.flatnonzero(touched[row] > 0.5)[-1]] = 1
+    fits = [
+        refine(estimator, asked, [Photo(person(cover), "front", CAMERA, "right")]).fit
+        for cover in (np.pad(photos[0].mask.cover, 9), np.pad(touched, 9))
+    ]
+    apart = [
+        np.linalg.norm(fit.body.vertices - body.vertices, axis=1)[judged(body)].mean()
+        for fit in fits
+    ]
+    assert apart[1] < 1.25 * apart[0]
+    assert isinstance(fits[1].body, Body)
