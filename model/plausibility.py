@@ -186,6 +186,37 @@ def doubts(
     return [found[name].doubt(estimator, len(doubted) > 1) for name in doubted]
 
 
+def conflicts(
+    estimator: Estimator,
+    asked: MeasurementSet,
+    name: str,
+    *,
+    noise: Mapping[str, float] | None = None,
+) -> tuple[str, ...]:
+    """The fewest asked values that already speak against one as all others do, strongest first.
+
+    They are found one by one: beside those before it, each makes the value the least likely.
+    """
+    noise = TAPE_NOISE if noise is None else noise
+
+    def score(others: Sequence[str]) -> float:
+        some = MeasurementSet({other: asked[other] for other in others})
+        given = estimator.law.given(some, noise, wide=True)
+        return abs(_score(given, name, asked[name], noise))
+
+    rest = [other for other in asked if other != name]
+    limit = min(ELSEWHERE, score(rest))
+    against: list[str] = []
+    while rest:
+        scores = {other: score([*against, other]) for other in rest}
+        strongest = max(rest, key=lambda other: scores[other])
+        against.append(strongest)
+        rest.remove(strongest)
+        if scores[strongest] >= limit:
+            break
+    return tuple(against)
+
+
 def next_measurements(
     estimator: Estimator, asked: MeasurementSet, area: Area = "whole"
 ) -> list[Gain]:
@@ -275,26 +306,8 @@ class _Doubted:
             expected=(shown.low, shown.high),
             suggestion=self.suggestion,
             meant=self.meant if self.meant != "unit" else None,
-            conflicts=self._conflicts(estimator),
+            conflicts=conflicts(estimator, self.asked, self.name, noise=self.noise),
         )
-
-    def _conflicts(self, estimator: Estimator) -> tuple[str, ...]:
-        """The fewest others that already speak against the value as all do, found one by one."""
-        against: list[str] = []
-        rest = [name for name in self.asked if name != self.name]
-        limit = min(ELSEWHERE, abs(self.score))
-        while rest:
-            scores = {}
-            for name in rest:
-                some = MeasurementSet({n: self.asked[n] for n in [*against, name]})
-                given = estimator.law.given(some, self.noise, wide=True)
-                scores[name] = abs(_score(given, self.name, self.asked[self.name], self.noise))
-            strongest = max(rest, key=lambda name: scores[name])
-            against.append(strongest)
-            rest.remove(strongest)
-            if scores[strongest] >= limit:
-                break
-        return tuple(against)
 
 
 def _score(given: Given, name: str, value: float, noise: Mapping[str, float]) -> float:

@@ -115,6 +115,23 @@ def test_a_noisy_tape_widens_ranges_and_the_bodys_own_value_lies_within() -> Non
     assert estimator.ranges(asked, far)["neck_girth"][1] == 0.6
 
 
+def test_a_noisy_value_is_followed_less() -> None:
+    """From nothing but stature, over a doubtful bust, to a bust that is sure."""
+    estimator = load_estimators()["male"]
+    asked = MeasurementSet({"stature": 1.76, "bust_girth": 1.25})
+    nothing, unsure, sure = (
+        measure(estimator.body(coefficients)).values
+        for coefficients in (
+            estimator.likeliest(MeasurementSet({"stature": 1.76})),
+            estimator.likeliest(asked, {"bust_girth": 0.15}),
+            estimator.likeliest(asked),
+        )
+    )
+    for name in ("bust_girth", "hip_girth", "waist_girth", "weight"):
+        assert nothing[name] < unsure[name] < sure[name], name
+    assert sure["bust_girth"] == pytest.approx(1.25, abs=0.02)
+
+
 def test_limits_hold_every_body_learned_from() -> None:
     for estimator in load_estimators().values():
         assert set(estimator.limits) == set(TAKEN)

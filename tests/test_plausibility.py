@@ -6,7 +6,7 @@ import pytest
 from model.anthropometry import TAKEN
 from model.estimators import Estimator, load_estimators
 from model.measurements import BODY_KINDS, MeasurementSet
-from model.plausibility import AREAS, doubts, expected, next_measurements
+from model.plausibility import AREAS, conflicts, doubts, expected, next_measurements
 
 KNOWN = ("stature", "weight", "bust_girth", "waist_girth", "hip_girth", "inseam_height")
 
@@ -136,3 +136,12 @@ def test_what_to_measure_next_narrows_the_area_it_is_for(estimator) -> None:
     assert next_measurements(estimator, known, "bottom")[0].before == pytest.approx(
         best.after, rel=0.02
     )
+
+
+def test_the_fewest_that_speak_against_a_value_are_named(estimator) -> None:
+    values = middling(estimator)
+    sum_off = middling(estimator, ("upper_arm_length", "lower_arm_length", "arm_length"))
+    asked = MeasurementSet(values | sum_off | {"arm_length": 1.12 * sum_off["arm_length"]})
+    named = conflicts(estimator, asked, "arm_length")
+    assert set(named) <= {"upper_arm_length", "lower_arm_length"}
+    assert conflicts(estimator, MeasurementSet({"stature": 1.7}), "stature") == ()

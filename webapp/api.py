@@ -9,7 +9,7 @@ from werkzeug.exceptions import HTTPException, UnprocessableEntity, default_exce
 
 from model.cameras import Side
 from model.measurements import BODY_KINDS, MEASUREMENTS
-from model.plausibility import Doubt, doubts, expected
+from model.plausibility import Doubt, conflicts, doubts, expected
 from webapp import comparisons, openapi, units
 from webapp.avatars import Avatar, glb, limits, make_avatar, picture, rows
 from webapp.forms import (
@@ -202,7 +202,9 @@ def _warnings(avatar: Avatar) -> list[dict[str, Any]]:
                     f"{MEASUREMENTS[row.name].label} does not seem to go with the other values: "
                     f"on the body it is {_shown(row.name, row.taken, chosen)}."
                 )
-                warnings.append(_warning(row.name, "not_met", words, (seen.low, seen.high), chosen))
+                warning = _warning(row.name, "not_met", words, (seen.low, seen.high), chosen)
+                against = conflicts(estimator, asked, row.name)
+                warnings.append(warning | ({"conflicts": list(against)} if against else {}))
     for doubt in doubts(estimator, asked):
         name, words = doubt.measurement, _words(doubt, chosen)
         warning = _warning(name, doubt.code, words, doubt.expected, chosen)

@@ -186,7 +186,7 @@ def _headline(
     coverage = [coverage_rows(sex, fits[sex])[-1][2] for sex in SEXES]
     rows.append(["printed 80 % ranges that hold the truth", *coverage])
     times = [f"{np.median(fits[sex].seconds) * 1e3:.0f}" for sex in SEXES]
-    rows.append(["time of a fit to seven values, median (ms)", *times])
+    rows.append(["time of a fit to seven values on one core, median (ms)", *times])
     return table(["", *SEXES], rows)
 
 
