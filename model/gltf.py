@@ -1,7 +1,8 @@
 """A body as a glTF 2.0 binary: metres, +Y up, facing +Z, two materials on one set of points.
 
 Numbers are floats, which every reader knows, rounded to what can be seen: their last bits are
-zeros, and a server that compresses sends half as much.
+zeros, and a server that compresses sends half as much. Only normals of a file with a rig take four
+bytes each, by KHR_mesh_quantization, so that it stays under 600 kB.
 
 The container is written here, and not by trimesh's exporter, because that makes one mesh of each
 material with its own copy of the points, and has no place for the asset's extras.
@@ -16,16 +17,25 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Mapping
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from model.anthropometry import TAKEN
-from model.appearance import GARMENT_COLOUR, SKIN_COLOUR, dress, dressed_moves, linear
+from model.appearance import (
+    GARMENT_COLOUR,
+    SKIN_COLOUR,
+    dress,
+    dressed_moves,
+    garment_cut,
+    linear,
+)
 from model.geometry import Floats
-from model.measurements import MEASUREMENTS, MeasurementSet
+from model.measurements import MEASUREMENTS, BodyKind, MeasurementSet
 from model.morph_targets import MorphTargets
-from model.template_mesh import Body
+from model.rig import Rig, strongest
+from model.template_mesh import Body, TemplateMesh
 
 GENERATOR = "The Fitting Room"
 
@@ -33,7 +43,7 @@ _MAGIC, _VERSION = b"glTF", 2
 _HEADER = struct.Struct("<4sII")
 _CHUNK = struct.Struct("<I4s")
 
-_UNSIGNED_SHORT, _UNSIGNED_INT, _FLOAT = 5123, 5125, 5126
+_BYTE, _UNSIGNED_BYTE, _UNSIGNED_SHORT, _UNSIGNED_INT, _FLOAT = 5120, 5121, 5123, 5125, 5126
 _VERTICES, _INDICES = 34962, 34963
 _TRIANGLES = 4
 
@@ -55,6 +65,7 @@ def to_glb(
     *,
     measured: MeasurementSet | None = None,
     morphs: MorphTargets | None = None,
+    rig: Rig | None = None,
 ) -> bytes:
     """The body in its plain underwear as the bytes of a `.glb` file.
 
@@ -67,12 +78,18 @@ def to_glb(
         The body's live preview, as the mesh's morph targets; see `live_extras`.
     measured : MeasurementSet, optional
         What the body measures: told beside how that changes with the targets.
+    rig : Rig, optional
+        The skeleton of the body's template: the file can be posed then. Its bones are VRM's
+        humanoid ones. Morph targets are for the body as it stands, and take no rig.
 
     Raises
     ------
     ValueError
-        If the extras hold a number that JSON has no word for (infinity, not-a-number).
+        If the extras hold a number that JSON has no word for (infinity, not-a-number), or if both
+        a rig and morph targets are given: the joints would stay where the body was.
     """
+    if rig is not None and morphs is not None:
+        raise ValueError("a file has a rig or morph targets, not both")
     dressed = dress(body)
     positions = _rounded(dressed.positions, _POSITION_GRAIN)
     short = len(positions) <= _MOST_SHORT_POINTS
@@ -84,8 +101,14 @@ def to_glb(
     binary = _Binary()
     attributes = {
         "POSITION": binary.add(positions, _FLOAT, "VEC3", _VERTICES, bounds=True),
-        "NORMAL": binary.add(_rounded(dressed.normals, _NORMAL_GRAIN), _FLOAT, "VEC3", _VERTICES),
+        "NORMAL": _add_normals(dressed.normals, binary, small=rig is not None),
     }
+    if rig is not None:
+        joints, weights = _influences(rig, body.template, body.kind)
+        attributes["JOINTS_0"] = binary.add(joints, _UNSIGNED_BYTE, "VEC4", _VERTICES)
+        attributes["WEIGHTS_0"] = binary.add(
+            weights, _UNSIGNED_BYTE, "VEC4", _VERTICES, normalized=True
+        )
     mesh: dict[str, object] = {"name": "Avatar"}
     targets = []
     if morphs is not None:
@@ -116,7 +139,7 @@ def to_glb(
     asset: dict[str, object] = {"version": "2.0", "generator": GENERATOR}
     if extras:
         asset["extras"] = dict(extras)
-    document = {
+    document: dict[str, object] = {
         "asset": asset,
         "scene": 0,
         "scenes": [{"name": "Avatar", "nodes": [0]}],
@@ -125,8 +148,10 @@ def to_glb(
         "materials": materials,
         "accessors": binary.accessors,
         "bufferViews": binary.views,
-        "buffers": [{"byteLength": len(binary.data)}],
     }
+    if rig is not None:
+        document |= _skeleton(body, rig, binary)
+    document["buffers"] = [{"byteLength": len(binary.data)}]
     text = json.dumps(document, separators=(",", ":"), allow_nan=False).encode()
     return _container(text, bytes(binary.data))
 
@@ -181,6 +206,57 @@ def _targets(body: Body, morphs: MorphTargets, binary: _Binary) -> list[dict[str
     ]
 
 
+def _add_normals(normals: Floats, binary: _Binary, *, small: bool) -> int:
+    """Normals as floats, or in four bytes each (KHR_mesh_quantization), for a file with a rig."""
+    if not small:
+        return binary.add(_rounded(normals, _NORMAL_GRAIN), _FLOAT, "VEC3", _VERTICES)
+    bytes_ = np.zeros((len(normals), 4), dtype=np.int8)
+    bytes_[:, :3] = np.round(normals * np.iinfo(np.int8).max)
+    return binary.add(bytes_, _BYTE, "VEC3", _VERTICES, normalized=True, stride=4)
+
+
+@lru_cache(maxsize=8)
+def _influences(
+    rig: Rig, template: TemplateMesh, kind: BodyKind
+) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """The bones that each point follows and how much, those along the garment's edge too."""
+    return strongest(garment_cut(template, kind).extend(rig.dense_weights))
+
+
+def _skeleton(body: Body, rig: Rig, binary: _Binary) -> dict[str, object]:
+    """The members of the document that a rig adds or changes."""
+    places = rig.places(body.vertices)
+    from_parent = places.copy()
+    from_parent[1:] -= places[rig.parents[1:]]
+    binds = np.tile(np.eye(4), (len(places), 1, 1))
+    binds[:, 3, :3] = -places  # column by column, as the format has it
+    # Nodes: the avatar, then the bones.
+    bones: list[dict[str, object]] = []
+    for bone, name in enumerate(rig.names):
+        node: dict[str, object] = {
+            "name": name,
+            "translation": [round(float(x), 5) for x in from_parent[bone]],
+        }
+        if (children := np.flatnonzero(rig.parents == bone)).size:
+            node["children"] = (children + 1).tolist()
+        bones.append(node)
+    skin = {
+        "name": "Avatar",
+        "joints": list(range(1, len(bones) + 1)),
+        "skeleton": 1,
+        "inverseBindMatrices": binary.add(
+            binds.reshape(-1, 16).astype(np.float32), _FLOAT, "MAT4", None
+        ),
+    }
+    return {
+        "extensionsUsed": ["KHR_mesh_quantization"],
+        "extensionsRequired": ["KHR_mesh_quantization"],
+        "scenes": [{"name": "Avatar", "nodes": [0, 1]}],
+        "nodes": [{"name": "Avatar", "mesh": 0, "skin": 0}, *bones],
+        "skins": [skin],
+    }
+
+
 def _rounded(values: Floats, grain: float) -> NDArray[np.float32]:
     """Values as multiples of a grain; a zero has no sign, so that all zeros are alike."""
     return (np.round(values / grain) * grain + 0.0).astype(np.float32)
@@ -203,26 +279,32 @@ class _Binary:
         values: NDArray[np.generic],
         component: int,
         kind: str,
-        target: int,
+        target: int | None,
         *,
         bounds: bool = False,
+        normalized: bool = False,
+        stride: int = 0,
     ) -> int:
-        """Append an array, (n,) or (n, 3); returns the number of its accessor."""
+        """Append an array, (n,) or (n, k); returns the number of its accessor."""
         content = np.ascontiguousarray(values).tobytes()
-        self.views.append(
-            {
-                "buffer": 0,
-                "byteOffset": len(self.data),
-                "byteLength": len(content),
-                "target": target,
-            }
-        )
+        view: dict[str, object] = {
+            "buffer": 0,
+            "byteOffset": len(self.data),
+            "byteLength": len(content),
+        }
+        if stride:
+            view["byteStride"] = stride
+        if target:
+            view["target"] = target
+        self.views.append(view)
         accessor: dict[str, object] = {
             "bufferView": len(self.views) - 1,
             "componentType": component,
             "count": len(values),
             "type": kind,
         }
+        if normalized:
+            accessor["normalized"] = True
         if bounds:
             # As the file's float32 says them: rounded from it, they would lie beside the points.
             accessor["min"] = values.min(axis=0).tolist()

@@ -26,6 +26,7 @@ from model.law import TAPE_NOISE
 from model.measurements import MEASUREMENTS, BodyKind, MeasurementSet
 from model.morph_targets import morph_targets
 from model.rendering import RenderingUnavailable, render_png, render_webp
+from model.rig import rig_of
 from model.tape_fit import fit_to_tape
 from model.template_mesh import Body
 from webapp import metrics, units
@@ -174,10 +175,11 @@ def glb(avatar: Avatar) -> Response:
             row.name: {"asked": row.asked, "taken": round(row.taken, 5)} for row in rows(avatar)
         },
     }
-    morphs = None
     if avatar.wanted.morph_targets:
         morphs = morph_targets(avatar.estimator, avatar.body, avatar.wanted.asked)
-    content = to_glb(avatar.body, extras, measured=avatar.measured.values, morphs=morphs)
+        content = to_glb(avatar.body, extras, measured=avatar.measured.values, morphs=morphs)
+    else:
+        content = to_glb(avatar.body, extras, rig=rig_of(avatar.body.template))
     response = Response(content, mimetype="model/gltf-binary")
     response.headers.set("Content-Disposition", "attachment", filename="avatar.glb")
     return response

