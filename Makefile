@@ -11,6 +11,7 @@
 #                    (ARGS="--survey-rows FOLDER": their errors on real people too)
 #   make guide       docs/measurements.md: every measurement, its picture and its spread; and the
 #                    pictures of the wizard, static/guide/ (minutes)
+#   make words       the texts of the pages, gathered for the translations, which it compiles
 #   make bench       how long measuring takes, beside a peer's way, in one run (ARGS="--rounds 9")
 #   make lighthouse  Lighthouse's scores of the form and the avatar's page, on a slow telephone
 #   make licences    docs/licences.md, from the metadata of what is installed
@@ -42,7 +43,7 @@ SCRIPTS := $(shell find static -path static/build -prune -o -name '*.js' -print 
 export PLAYWRIGHT_SKIP_BROWSER_DOWNLOAD := 1
 export NPM_CONFIG_UPDATE_NOTIFIER := false
 
-.PHONY: help run test lint format train population report guide bench lighthouse licences lock clean
+.PHONY: help run test lint format train population report guide words bench lighthouse licences lock clean
 .DELETE_ON_ERROR:
 
 help:
@@ -91,6 +92,9 @@ guide: $(SITE)
 	@scripts/require.sh osmesa
 	@$(BIN)/python -m model.training measurements
 	@$(BIN)/python -m model.training guide
+
+words: $(SITE)
+	@$(BIN)/python scripts/words.py
 
 bench: $(SITE)
 	@$(BIN)/python -m bench $(ARGS)

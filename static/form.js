@@ -81,3 +81,37 @@ form.addEventListener("submit", (event) => {
     dropDraft();
   }
 });
+
+// ---- what is said about a number while it is typed ----
+
+const PAUSE = 600; // milliseconds after the last key
+const check = document.getElementById("check");
+let waiting = 0;
+let asking = null;
+
+/** Asks the server, which keeps nothing of it, what it says to the numbers as they stand. */
+async function askAboutNumbers() {
+  asking?.abort();
+  asking = new AbortController();
+  const body = new URLSearchParams(new FormData(form));
+  const { signal } = asking;
+  const response = await fetch(check.dataset.check, { method: "POST", body, signal });
+  if (!response.ok) return;
+  const { faults, said } = await response.json();
+  const template = document.createElement("template");
+  template.innerHTML = said; // of our own server's template, which escapes what was typed
+  const messages = faults.map((words) => {
+    const line = document.createElement("p");
+    line.className = "fault";
+    line.textContent = words;
+    return line;
+  });
+  check.replaceChildren(...messages, ...template.content.childNodes);
+}
+
+if (check) {
+  form.addEventListener("input", () => {
+    clearTimeout(waiting);
+    waiting = setTimeout(() => askAboutNumbers().catch(() => {}), PAUSE);
+  });
+}

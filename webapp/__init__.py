@@ -31,7 +31,6 @@ from webapp import (
     metrics,
     mirror,
     overload,
-    units,
     wizard,
 )
 from webapp.forms import Refused
@@ -125,8 +124,6 @@ def create_app(settings: Mapping[str, Any] | None = None) -> Flask:
     for blueprint in (health.bp, wizard.bp, avatars.bp, mirror.bp, comparisons.bp, api.bp):
         app.register_blueprint(blueprint)
 
-    app.add_template_filter(units.show)
-    app.add_template_filter(units.show_signed)
     delivery.deliver(app)
     app.register_error_handler(HTTPException, failed)
     app.register_error_handler(RateLimitExceeded, too_many)

@@ -15,6 +15,7 @@ from model.measurements import BODY_KINDS, MEASUREMENTS, BodyKind, Measurement, 
 from model.plausibility import TROUSERS_SHORT_OF_FLOOR
 from webapp import readings, units
 from webapp.forms import AvatarRequest, Limits, Refusal, Refused, beyond
+from webapp.language import decimal
 from webapp.units import UNITS, Units
 
 LEG = "inseam_height"
@@ -131,7 +132,8 @@ class Typed:
             if name == LEG and self.leg_to == "trousers":
                 return text
             quantity = MEASUREMENTS[name].unit
-            return units.convert(text, quantity, self.units, new, feet=name == "stature")
+            converted = units.convert(text, quantity, self.units, new, feet=name == "stature")
+            return text if converted == text else decimal(converted)
 
         return replace(
             self,

@@ -4,13 +4,16 @@ Pages follow the person's choice, then what their browser prefers. The interface
 English. Texts are found by ``make words``, which also compiles the translations.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import Any
 
 from babel.numbers import get_decimal_symbol
 from flask import Flask, Response, request, session
 from flask_babel import Babel, get_locale
 
-LANGUAGES: Mapping[str, str] = {"en": "English"}
+from webapp import units
+
+LANGUAGES: Mapping[str, str] = {"en": "English", "pt": "Português"}
 """Each language's own name for itself."""
 
 TAGS: Mapping[str, str] = {"en": "en-GB", "pt": "pt-PT"}
@@ -46,7 +49,18 @@ def set_up(app: Flask) -> None:
         "language_tag": lambda: TAGS[language()],
     }
     app.add_template_filter(decimal)
+    for written in (units.show, units.show_signed):
+        app.add_template_filter(_localised(written), written.__name__)
     app.after_request(_told)
+
+
+def _localised(written: Callable[..., str]) -> Callable[..., str]:
+    """The same writer of numbers, in the page's language."""
+
+    def write(*values: Any, **choices: Any) -> str:
+        return decimal(written(*values, **choices))
+
+    return write
 
 
 def _told(response: Response) -> Response:

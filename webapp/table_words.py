@@ -22,8 +22,9 @@ from model.tape_pictures import (
     views_of,
 )
 
-INSIDE_LEG = _l("Inside leg")
-"""What a person knows the inseam as: they are asked where it ends."""
+_LABELS: Mapping[str, Any] = {"inseam_height": _l("Inside leg"), "neck_height": _l("Neck height")}
+"""What a person knows as something else than the table says: of the inseam they are asked where it
+ends, and there are two measurements of the neck."""
 
 _INSIDE_LEG_HOW = _l(
     "Stand without shoes, your feet a little apart. Measure on the inside of the leg, from the "
@@ -72,7 +73,7 @@ def labels() -> dict[str, str]:
 
 def label(name: str) -> str:
     """What a measurement is called, in the page's language."""
-    return str(INSIDE_LEG) if name == "inseam_height" else gettext(MEASUREMENTS[name].label)
+    return str(_LABELS[name]) if name in _LABELS else gettext(MEASUREMENTS[name].label)
 
 
 def definition(name: str) -> str:
