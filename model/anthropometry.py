@@ -66,11 +66,12 @@ TAPES: Mapping[str, Tape] = {
     "hip_girth": Girth(HIPS, BUTTOCKS, ("omphalion",), (0.0, 0.5), "widest", planes=9),
     "knee_girth": _limb(LEG, HIP, KNEE, (0.96, 1.02), "widest", planes=3),
     "ankle_girth": _limb(CALF, KNEE, ANKLE, (0.75, 0.97), "narrowest", planes=9),
+    # To under the jaw: on heavy people every lower plane grazes the shoulders.
     "neck_girth": Girth(
         ("head_neck", "torso"),
         ("cervicale", "neck_front"),
         ("nape", "throat"),
-        (0.0, 0.9),
+        (0.4, 1.3),
         "narrowest",
         cut="slanted",
         planes=7,
@@ -79,7 +80,8 @@ TAPES: Mapping[str, Tape] = {
     "lower_arm_girth": _limb(ARM, ELBOW, WRIST, (0.12, 0.45), "widest", planes=9),
     "upper_arm_girth": _limb(ARM, SHOULDER, ELBOW, (0.35, 0.8), "narrowest", planes=9),
     "wrist_girth": _limb(HAND, ELBOW, WRIST, (0.85, 1.0), "narrowest", planes=5),
-    "thigh_girth": _limb(THIGH, HIP, KNEE, (0.0, 0.1), "widest", planes=5),
+    # Below the border of the trunk, which runs from face to face.
+    "thigh_girth": _limb(THIGH, HIP, KNEE, (0.03, 0.11), "widest", planes=5),
     "calf_girth": _limb(CALF, KNEE, ANKLE, (0.15, 0.5), "widest", planes=9),
     "armscye_girth": Loop(
         ("acromion_left", "armpit_front_left", "axilla_left", "armpit_back_left")

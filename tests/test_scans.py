@@ -36,10 +36,6 @@ PER_SEX = 6
 LARGEST_INDEX = 40
 """Of body mass, in kg/m²: what the survey's people have."""
 
-AT_BORDERS = ("thigh_girth",)
-"""Its tape runs along the border of a body part, which goes from face to face: on another mesh it
-lies elsewhere, by half a face, and where the skin bulges there, so does the tape."""
-
 
 def people():
     """Bodies of the population, women first, as far from symmetric as people are: (n, V, 3)."""
@@ -154,12 +150,7 @@ def test_every_measurement_of_every_scan_is_within_2_mm(output, bodies):
     misses = table(output) - measure_batch(load_template_mesh(), bodies)
     lengths = [i for i, name in enumerate(TAKEN) if name != "weight"]
     worst = {TAKEN[i]: float(np.abs(misses[:, i]).max() * 1e3) for i in lengths}
-    far = {name: miss for name, miss in worst.items() if not miss < 2}
-    assert {name: miss for name, miss in far.items() if name not in AT_BORDERS} == {}
-    for name in AT_BORDERS:
-        own = np.abs(misses[:, TAKEN.index(name)])
-        assert np.median(own) < 0.001
-        assert (own < 0.002).mean() > 0.8
+    assert {name: miss for name, miss in worst.items() if not miss < 2} == {}
     assert np.abs(misses[:, TAKEN.index("weight")]).max() < 0.05
 
 
