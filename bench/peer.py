@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from model.geometry import Floats
-from model.girths import PAST, Girth
+from model.girths import Girth
 from model.template_mesh import TemplateMesh
 
 
@@ -43,9 +43,9 @@ class PeerGirth:
     def of(cls, name: str, tape: Girth, template: TemplateMesh) -> "PeerGirth":
         """Picks out the body part once, as ours does."""
         faces = template.faces[template.faces_of(*tape.parts)]
-        for landmark in tape.past:
+        for landmark, radius in tape.past:
             passed = template.landmark_points(template.vertices, landmark)
-            far = np.linalg.norm(template.vertices - passed, axis=1) > PAST
+            far = np.linalg.norm(template.vertices - passed, axis=1) > radius
             faces = faces[far[faces].all(axis=1)]
         vertices, places = np.unique(faces, return_inverse=True)
         return cls(name, tape, vertices.astype(np.int64), places.reshape(faces.shape))

@@ -66,7 +66,7 @@ TAPES: Mapping[str, Tape] = {
     "hip_girth": Girth(HIPS, BUTTOCKS, ("omphalion",), (0.0, 0.5), "widest", planes=9),
     "knee_girth": _limb(LEG, HIP, KNEE, (0.96, 1.02), "widest", planes=3),
     "ankle_girth": _limb(CALF, KNEE, ANKLE, (0.75, 0.97), "narrowest", planes=9),
-    # To under the jaw: on heavy people every lower plane grazes the shoulders.
+    # To under the jaw, but not the chin: on heavy people every lower plane grazes the shoulders.
     "neck_girth": Girth(
         ("head_neck", "torso"),
         ("cervicale", "neck_front"),
@@ -76,6 +76,7 @@ TAPES: Mapping[str, Tape] = {
         cut="slanted",
         planes=7,
         reach=0.08,
+        past=(("menton", 0.03), ("clavicle_left", 0.045), ("clavicle_right", 0.045)),
     ),
     "lower_arm_girth": _limb(ARM, ELBOW, WRIST, (0.12, 0.45), "widest", planes=9),
     "upper_arm_girth": _limb(ARM, SHOULDER, ELBOW, (0.35, 0.8), "narrowest", planes=9),
@@ -89,9 +90,16 @@ TAPES: Mapping[str, Tape] = {
     "elbow_girth": _limb(ARM, ELBOW, WRIST, (-0.04, 0.04), "widest", planes=3),
     # About the navel, where the belly is fullest; further down it would read the hips.
     "abdomen_girth": Girth(HIPS, ("omphalion",), ("underbust",), (-0.1, 0.2), "widest", planes=7),
-    # Breasts may hang below the fold, where the tape passes behind them.
+    # Breasts may hang below the fold, where the tape passes behind them; on the template a nipple
+    # is 5.4 cm from the fold.
     "underbust_girth": Girth(
-        TRUNK, ("underbust",), ("omphalion",), (0.0, 0.2), "narrowest", planes=4, past=THELIA
+        TRUNK,
+        ("underbust",),
+        ("omphalion",),
+        (0.0, 0.2),
+        "narrowest",
+        planes=4,
+        past=tuple((nipple, 0.05) for nipple in THELIA),
     ),
     "mid_thigh_girth": _limb(THIGH, HIP, KNEE, (0.35, 0.6), "narrowest", planes=7),
     "shoulder_length": Geodesic(("acromion_left", "suprasternale", "acromion_right")),

@@ -17,10 +17,6 @@ from model import geometry
 from model.geometry import Floats, Integers
 from model.template_mesh import Gradient, Landmarks, TemplateMesh
 
-PAST = 0.05
-"""How far around a landmark a tape that passes it by meets no skin, in metres: on the template
-a nipple is 5.4 cm from the fold under the breast."""
-
 UP = np.array([0.0, 1.0, 0.0])
 
 
@@ -39,8 +35,9 @@ class Girth:
     planes : how many are tried.
     reach : how far beyond the span edges may be met, in metres on the template. The skin of a
         part lies at other heights, between the same landmarks, on other bodies.
-    past : landmarks that the tape passes by: skin nearer to one than `PAST`, on the template,
-        is not met. A plane that just touches what hangs there would make the girth jump.
+    past : landmarks that the tape passes by, and how far around each, in metres on the
+        template, no skin is met. A plane that just touches what hangs or sticks out there
+        would make the girth jump.
     """
 
     parts: tuple[str, ...]
@@ -51,7 +48,7 @@ class Girth:
     cut: Literal["level", "across", "slanted"] = "level"
     planes: int = 1
     reach: float = 0.15
-    past: Landmarks = ()
+    past: tuple[tuple[str, float], ...] = ()
 
     @property
     def step(self) -> float:
@@ -282,9 +279,9 @@ def _edges(template: TemplateMesh, tape: Girth) -> Integers:
     start = template.landmark_points(template.vertices, *tape.start)
     axis = template.landmark_points(template.vertices, *tape.stop) - start
     met = np.ones(len(template.vertices), dtype=bool)
-    for name in tape.past:
+    for name, radius in tape.past:
         passed = template.landmark_points(template.vertices, name)
-        met &= np.linalg.norm(template.vertices - passed, axis=1) > PAST
+        met &= np.linalg.norm(template.vertices - passed, axis=1) > radius
     faces = faces[met[faces].all(axis=1)]
     normal = UP * np.sign(axis[1]) if tape.cut == "level" else axis / np.linalg.norm(axis)
     stations = (template.vertices - start) @ normal

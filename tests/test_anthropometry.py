@@ -5,7 +5,6 @@ import pytest
 import trimesh
 from scipy.spatial import ConvexHull
 
-from model import girths
 from model.anthropometry import (
     TAKEN,
     TAPES,
@@ -80,9 +79,9 @@ def test_girths_agree_with_trimeshs_sections(fifty: Floats, name: str) -> None:
     tape, template = TAPES[name], load_template_mesh()
     assert isinstance(tape, Girth)
     part = template.faces[template.faces_of(*tape.parts)]
-    for name in tape.past:
-        passed = template.landmark_points(template.vertices, name)
-        far = np.linalg.norm(template.vertices - passed, axis=1) > girths.PAST
+    for landmark, radius in tape.past:
+        passed = template.landmark_points(template.vertices, landmark)
+        far = np.linalg.norm(template.vertices - passed, axis=1) > radius
         part = part[far[part].all(axis=1)]
     for vertices in fifty:
         value, path = tape.take(template, vertices)

@@ -51,7 +51,7 @@ def test_every_tape_has_words_that_name_all_its_landmarks(name):
             "A way over the skin through `a`, `b` and `c` and back to the first.",
         ),
         (
-            Girth(("torso",), ("a",), ("b",), past=("c", "d")),
+            Girth(("torso",), ("a",), ("b",), past=(("c", 0.05), ("d", 0.05))),
             "A taut tape around the torso, passing by the skin around `c` and `d`, kept level, "
             "0 % of the way from `a` to `b`.",
         ),

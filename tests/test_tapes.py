@@ -117,7 +117,7 @@ def test_what_is_passed_by_is_not_met() -> None:
     both = trimesh.util.concatenate([thick, thin])
     template = marked(both, low=[0, 0, 0], high=[0, 1, 0], beside=[0.3, 0, 0])
     around_both = Girth(("whole",), ("low",), ("high",), (0.5, 0.5))
-    behind = replace(around_both, past=("beside",))
+    behind = replace(around_both, past=(("beside", 0.05),))
     assert around_both.read(template, template.vertices[None])[0] > 2 * 0.3 + ring(0.02)
     assert behind.read(template, template.vertices[None])[0] == pytest.approx(ring(0.1), abs=1e-9)
 

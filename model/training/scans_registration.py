@@ -310,9 +310,10 @@ STAGES = (
     (10, 0.3, 1e-6, 3),
     (30, 0.15, 1e-7, 3),
     (100, 0.08, 1e-8, 3),
-    (300, 0.03, 2e-10, 3),
+    (300, 0.03, 1e-12, 6),
 )
-"""How the whole body is fitted: coefficients, how far is looked, prior, steps."""
+"""How the whole body is fitted: coefficients, how far is looked, prior, steps. The last prior is
+weak: it would pull landmarks along the skin."""
 
 LOST = 0.08
 """Where the whole body is still further off after the first stage, root mean square, in metres, it

@@ -55,7 +55,8 @@ def how_taken(tape: Tape) -> str:
 def _girth(tape: Girth) -> str:
     around = f"A taut tape around the {_parts(tape.parts)}"
     if tape.past:
-        around += f", passing by the skin around {_joined(_code(tape.past))}"
+        passed = _joined(_code([landmark for landmark, _ in tape.past]))
+        around += f", passing by the skin around {passed}"
     start, stop = _point(tape.start), _point(tape.stop)
     if tape.cut == "level":
         lie = "kept level"
