@@ -308,3 +308,8 @@ export function blackAndWhite({ width, height, data }) {
   }
   return colours;
 }
+
+/** Makes what is not the person transparent, in four values a pixel. */
+export function cutOut(colours, { data }) {
+  for (let i = 0; i < data.length; i += 1) if (!data[i]) colours[4 * i + 3] = 0;
+}

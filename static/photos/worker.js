@@ -12,46 +12,57 @@ import { averaged, mirrored, outlined, overlap, thresholded } from "./mask.js";
 /** Two, so that a second person is seen. */
 const PEOPLE = 2;
 
-let places;
-let network;
-const landmarkers = {};
+let landmarker;
+let mode = "IMAGE";
 
 const tasks = { start, outline, watch };
+let before = Promise.resolve();
 
-self.onmessage = async ({ data: { id, task, ...about } }) => {
+// One after the other: there is one network, which looks at photos or at the camera.
+self.onmessage = ({ data }) => {
+  before = before.then(() => answer(data));
+};
+
+async function answer({ id, task, ...about }) {
   try {
     const answer = await tasks[task](about);
     self.postMessage({ id, ...answer }, answer.data ? [answer.data.buffer] : []);
   } catch (error) {
     self.postMessage({ id, error: String(error?.message ?? error) });
   }
-};
+}
 
 /** Loads the runtime and the network, ready for a photo. */
 async function start({ loader, binary, model }) {
-  places = { wasmLoaderPath: loader, wasmBinaryPath: binary };
   const answer = await fetch(model);
   if (!answer.ok) throw new Error(`The network could not be loaded: ${answer.status}`);
-  network = new Uint8Array(await answer.arrayBuffer());
-  await landmarker("IMAGE");
+  const modelAssetBuffer = new Uint8Array(await answer.arrayBuffer());
+  landmarker = await PoseLandmarker.createFromOptions(
+    { wasmLoaderPath: loader, wasmBinaryPath: binary },
+    {
+      baseOptions: { modelAssetBuffer, delegate: "CPU" },
+      runningMode: mode,
+      numPoses: PEOPLE,
+      outputSegmentationMasks: true,
+    },
+  );
   return {};
 }
 
-/** One for photos, with masks, and one for the camera, without: each made when first needed. */
-function landmarker(runningMode) {
-  landmarkers[runningMode] ??= PoseLandmarker.createFromOptions(places, {
-    baseOptions: { modelAssetBuffer: network, delegate: "CPU" },
-    runningMode,
-    numPoses: PEOPLE,
-    outputSegmentationMasks: runningMode === "IMAGE",
-  });
-  return landmarkers[runningMode];
+/** The network as it looks at photos, with masks, or at the camera, without them and faster. */
+async function lookingAt(wanted) {
+  if (mode !== wanted) {
+    const outputSegmentationMasks = wanted === "IMAGE";
+    await landmarker.setOptions({ runningMode: wanted, outputSegmentationMasks });
+    mode = wanted;
+  }
+  return landmarker;
 }
 
 /** The people in a picture, each with landmarks and where the picture shows them. */
 async function people(canvas) {
   const found = [];
-  (await landmarker("IMAGE")).detect(canvas, ({ landmarks, worldLandmarks, segmentationMasks }) => {
+  (await lookingAt("IMAGE")).detect(canvas, ({ landmarks, worldLandmarks, segmentationMasks }) => {
     landmarks.forEach((points, i) => {
       const { width, height } = segmentationMasks[i];
       const data = segmentationMasks[i].getAsFloat32Array().slice();
@@ -92,7 +103,7 @@ async function outline({ picture }) {
 
 /** How the people before the camera stand. */
 async function watch({ frame, time }) {
-  const eyes = await landmarker("VIDEO");
+  const eyes = await lookingAt("VIDEO");
   const { landmarks, worldLandmarks } = eyes.detectForVideo(frame, time);
   frame.close();
   return { people: landmarks.map((points, i) => ({ landmarks: points, world: worldLandmarks[i] })) };
