@@ -22,7 +22,7 @@ SUBSETS: Mapping[str, Sequence[str]] = {
 }
 """What is entered, for the tables of coverage."""
 
-MIXED_UP = 100
+MIXED_UP = 40
 """Of so many people of each kind values are mixed up on purpose."""
 
 
