@@ -31,6 +31,7 @@ from webapp import (
     metrics,
     mirror,
     overload,
+    sheet,
     wizard,
 )
 from webapp.forms import Refused
@@ -121,7 +122,15 @@ def create_app(settings: Mapping[str, Any] | None = None) -> Flask:
     limiter = Limiter(sender, app=app)
     limiter.exempt(health.bp)
     overload.set_up(app)
-    for blueprint in (health.bp, wizard.bp, avatars.bp, mirror.bp, comparisons.bp, api.bp):
+    for blueprint in (
+        health.bp,
+        wizard.bp,
+        avatars.bp,
+        mirror.bp,
+        sheet.bp,
+        comparisons.bp,
+        api.bp,
+    ):
         app.register_blueprint(blueprint)
 
     delivery.deliver(app)

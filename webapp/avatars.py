@@ -271,19 +271,19 @@ def _field(row: Row, wanted: AvatarRequest) -> Field:
 @bp.get("/avatar.glb")
 def file() -> Response:
     """The body as a file; with `?live=1`, the one that the page's preview bends."""
-    return glb(_shown(morph_targets=request.args.get("live") == "1"))
+    return glb(shown(morph_targets=request.args.get("live") == "1"))
 
 
 @bp.get("/avatar/<any(front, profile):side>.png")
 def side(side: Side) -> Response:
     """The body from one side."""
-    return picture(_shown(), side)
+    return picture(shown(), side)
 
 
 @bp.get("/avatar/<any(front, profile):side>.webp")
 def light_side(side: Side) -> Response:
     """The body from one side, as the page shows it: a tenth of the other's weight."""
-    return Response(render_webp(_shown().body, side), mimetype="image/webp")
+    return Response(render_webp(shown().body, side), mimetype="image/webp")
 
 
 def shown_request() -> AvatarRequest | None:
@@ -294,7 +294,7 @@ def shown_request() -> AvatarRequest | None:
         return None
 
 
-def _shown(*, morph_targets: bool = False) -> Avatar:
+def shown(*, morph_targets: bool = False) -> Avatar:
     """The avatar of the session; without one, there is nothing here."""
     wanted = shown_request() or abort(404)
     try:
