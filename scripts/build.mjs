@@ -16,7 +16,12 @@ const BUILT = "static/build";
 
 rmSync(BUILT, { recursive: true, force: true });
 await build({
-  entryPoints: ["static/avatar.js", "static/photos/compare.js", "static/photos/worker.js"],
+  entryPoints: [
+    "static/avatar.js",
+    "static/preview.js",
+    "static/photos/compare.js",
+    "static/photos/worker.js",
+  ],
   outdir: BUILT,
   outbase: "static",
   bundle: true,

@@ -31,6 +31,7 @@ from webapp import (
     metrics,
     mirror,
     overload,
+    preview,
     sheet,
     wizard,
 )
@@ -127,6 +128,7 @@ def create_app(settings: Mapping[str, Any] | None = None) -> Flask:
         wizard.bp,
         avatars.bp,
         mirror.bp,
+        preview.bp,
         sheet.bp,
         comparisons.bp,
         api.bp,

@@ -27,6 +27,7 @@ from flask_wtf.csrf import CSRFError
 from werkzeug.wrappers import Response as AnyResponse
 
 from model.measurements import MEASUREMENTS
+from model.tape_pictures import views_of
 from webapp import checks, guide, readings, table_words
 from webapp.answers import LEG, LEG_ENDS, Typed
 from webapp.avatars import estimators, limits
@@ -82,7 +83,7 @@ def measured(name: str) -> Page:
     """Keep one measurement's readings; then what the pressed button says."""
     if name not in MEASUREMENTS:
         abort(404)
-    typed = _given(name)
+    typed = given(name)
     here = url_for("wizard.step", name=name, then=_then() or None)
     if (chosen := request.form.get("switch_to")) in UNITS:
         _remember(typed.in_units(chosen))
@@ -125,7 +126,7 @@ def check(name: str) -> AnyResponse:
     """What is said about a number while it is typed: nothing of it is kept."""
     if name not in MEASUREMENTS:
         abort(404)
-    typed = _given(name)
+    typed = given(name)
     faults = _faults(name, typed) if typed.texts(name) else []
     said = render_template("wizard/_check.html", **_checked(name, typed, faults))
     return jsonify(faults=[fault.message for fault in faults], said=said)
@@ -255,7 +256,7 @@ def _cookie_bytes() -> int:
     return len(signer.dumps(dict(session))) if signer else 0
 
 
-def _given(name: str) -> Typed:
+def given(name: str) -> Typed:
     """The session's answers with the posted readings of one measurement."""
     given = Typed.of(request.form)
     typed = _typed().written_in(given.units, given.leg_to if name == LEG else "")
@@ -399,6 +400,7 @@ def _step(name: str, typed: Typed, faults: Sequence[Refusal] = (), notice: str =
         third=readings.differ(name, values) or len(texts) == readings.MOST,
         differ=readings.differ(name, values),
         row=MEASUREMENTS[name],
+        azimuth=views_of(name)[0].azimuth,
         label=table_words.label(name),
         words=guide.WORDS[name],
         how=table_words.how_to(name),
