@@ -1,4 +1,7 @@
-"""The command line: ``python -m bench`` prints our timings beside the peer's."""
+"""The command line: ``python -m bench`` prints our timings beside the peer's.
+
+``python -m bench silhouettes`` prints how well outlines tell bodies apart, and how they help.
+"""
 
 import argparse
 import platform
@@ -7,6 +10,7 @@ import sys
 import numpy as np
 import trimesh
 
+from bench import silhouettes
 from bench.measuring import (
     ALL,
     GIRTHS,
@@ -25,6 +29,10 @@ from model.anthropometry import TAKEN
 
 def main(arguments: list[str] | None = None) -> None:
     """Times and prints."""
+    arguments = sys.argv[1:] if arguments is None else arguments
+    if arguments[:1] == ["silhouettes"]:
+        silhouettes.main(arguments[1:])
+        return
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
     parser.add_argument("--rounds", type=int, default=25, help="of the timings of one body")
     parser.add_argument("--warm-up", type=int, default=3, help="rounds before those")

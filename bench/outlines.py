@@ -1,19 +1,47 @@
-"""Outlines as photos would give them, of bodies that are known: cameras, noise."""
+"""Outlines as photos would give them, of bodies that are known: other arms, noise, cloth."""
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from model.masks import Mask, runs
-
-STEP = 0.002
+from model.geometry import Floats
+from model.masks import LIGHT, Mask, runs
+from model.template_mesh import Body
 
 WAVES = 0.03
 """Metres: how far along an outline its errors are alike."""
 
+CLOTHED = (0.2, 0.82)
+"""From the knees to the armpits, as shares of the height: what loose clothes hang on."""
+
+_COARSE = 4
+_SHOULDER = (-0.04, 0.06)
+"""Metres along the arm from its joint, over which a turn sets in."""
+
+
+def with_arms(body: Body, left: tuple[float, float], right: tuple[float, float]) -> Body:
+    """A body whose arms are turned about the shoulders.
+
+    Parameters
+    ----------
+    left, right : by how much each is lifted sideways and swung forwards, in radians.
+    """
+    template, vertices = body.template, body.vertices.copy()
+    for side, (lift, swing), sense in (("left", left, 1), ("right", right, -1)):
+        parts = [f"{part}_{side}" for part in ("upper_arm", "lower_arm", "hand")]
+        own = np.unique(template.faces[template.faces_of(*parts)])
+        names = (f"acromion_{side}", f"axilla_{side}"), (f"radiale_{side}",)
+        joint, elbow = (template.landmark_points(body.vertices, *each) for each in names)
+        along = (body.vertices[own] - joint) @ (elbow - joint) / np.linalg.norm(elbow - joint)
+        share = np.clip((along - _SHOULDER[0]) / (_SHOULDER[1] - _SHOULDER[0]), 0, 1)
+        share = share * share * (3 - 2 * share)
+        moved = _turned(vertices[own] - joint, sense * lift * share, (0, 1))
+        vertices[own] = joint + _turned(moved, -swing * share, (1, 2))
+    return Body(template, vertices, body.kind)
+
 
 def roughened(
-    mask: Mask, share: float, height: float, random: np.random.Generator
+    mask: Mask, share: float, height: float, random: np.random.Generator, cloth: float = 0.0
 ) -> NDArray[np.float32]:
     """A mask whose outline is moved at every point by a share of the breadth there.
 
@@ -21,21 +49,36 @@ def roughened(
     ----------
     share : of the row's run of pixels that ends there, as a standard deviation.
     height : of the person, in metres.
+    cloth : metres by which `CLOTHED` is thicker all around.
 
     Returns
     -------
     ndarray of shape (h, w), with space around the person.
     """
-    inside = np.pad(mask.cover, 30) >= 0.5
+    inside = np.pad(mask.cover, 30) >= LIGHT
     rows, starts, ends = runs(inside)
     breadths = np.zeros(inside.shape)
     for row, start, end in zip(rows, starts, ends, strict=True):
         breadths[row, start:end] = end - start
     outwards, nearest = ndimage.distance_transform_edt(~inside, return_indices=True)
-    breadths = breadths[tuple(nearest)]
     depths = ndimage.distance_transform_edt(inside) - outwards
-    waves = ndimage.gaussian_filter(
-        random.normal(size=inside.shape), WAVES / height * len(mask.cover)
-    )
-    depths += share * breadths * waves / waves.std()
+    # Waves are long: a coarse grid of them is enough.
+    coarse = tuple(-(-size // _COARSE) + 1 for size in inside.shape)
+    length = WAVES / height * len(mask.cover) / _COARSE
+    waves = ndimage.gaussian_filter(random.normal(size=coarse), length)
+    waves = ndimage.zoom(waves / waves.std(), _COARSE, order=1)
+    waves = waves[: inside.shape[0], : inside.shape[1]]
+    depths += share * breadths[tuple(nearest)] * waves
+    above = 1 - (np.arange(len(inside)) - 30) / len(mask.cover)
+    clothed = (above > CLOTHED[0]) & (above < CLOTHED[1])
+    depths += clothed[:, None] * cloth / height * len(mask.cover)
     return np.clip(depths + 0.5, 0, 1).astype(np.float32)
+
+
+def _turned(points: Floats, angles: Floats, axes: tuple[int, int]) -> Floats:
+    """Points turned in the plane of two axes, each by its angle."""
+    turned = points.copy()
+    first, second = points[:, axes[0]], points[:, axes[1]]
+    turned[:, axes[0]] = np.cos(angles) * first - np.sin(angles) * second
+    turned[:, axes[1]] = np.sin(angles) * first + np.cos(angles) * second
+    return turned

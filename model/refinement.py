@@ -26,7 +26,7 @@ from model.measurements import MEASUREMENTS, MeasurementSet
 from model.silhouette import LEG, UPRIGHT, contour, contour_gradients
 from model.tape_fit import TOLERANCES, Likely, TapeFit, fit_to_tape, furthest
 
-NOISE = 0.004
+NOISE = 0.006
 """Metres: how far an outline's edge may be off, in rows 15 mm apart. Two passes of the segmenter
 over one photo differ by 4 mm in the breadth of a trunk."""
 
@@ -41,8 +41,8 @@ at its middle by swaying, as deviations, for each photo anew."""
 OUTLIER = 3.0
 """An edge that is off by this many times the noise counts half (Cauchy's weights)."""
 
-ROUNDS = 3
-"""Each lays the photos over the newest body. The third moves it by a tenth of a millimetre."""
+ROUNDS = 2
+"""Each lays the photos over the newest body. A third would move it by half a millimetre."""
 
 REWEIGHTINGS = 4
 

@@ -68,6 +68,19 @@ def fill(points: Floats, faces: NDArray[np.int32], size: tuple[int, int]) -> Boo
     return inside
 
 
+def towards_camera(points: Floats, faces: NDArray[np.int32]) -> NDArray[np.int32]:
+    """The triangles that turn their outside to the camera: those of a body cover all of it.
+
+    Parameters
+    ----------
+    points : ndarray of shape (V, 2), columns and rows, rows downwards.
+    """
+    a, b, c = points[faces].transpose(1, 2, 0)
+    first = (b[0] - a[0]) * (c[1] - a[1])
+    facing: NDArray[np.int32] = faces[first < (c[0] - a[0]) * (b[1] - a[1])]
+    return facing
+
+
 def silhouette(
     body: Body, side: Side, *, camera: Camera = USUAL_CAMERA, facing: Facing = "right"
 ) -> Mask:
@@ -77,7 +90,7 @@ def silhouette(
     step = (high[1] - low[1]) / ROWS
     points = np.column_stack([flat[:, 0] - low[0], high[1] - flat[:, 1]]) / step
     size = (int(np.ceil(points[:, 0].max())), ROWS)
-    cover = fill(points, body.template.faces, size).astype(np.float32)
+    cover = fill(points, towards_camera(points, body.template.faces), size).astype(np.float32)
     return Mask(cover, 0.0, 0.0, 1.0)
 
 

@@ -117,7 +117,7 @@ def test_outlines_refine_the_body_and_entered_values_stay(client, description):
         assert rows[name]["after"] == pytest.approx(value, abs=0.1)
     for name in ("bust_girth", "thigh_girth"):
         before, after = (abs(rows[name][when] - true[name]) for when in ("before", "after"))
-        assert after < 0.6 * before, name
+        assert after < 0.8 * before, name
     for side in ("front", "profile"):
         before, after = answer[side], refinement[side]
         assert after["iou"] > before["iou"]

@@ -1,0 +1,238 @@
+"""A photo's outline and a body's on one sheet: how they are laid over one another.
+
+The sheet is the upright plane through the body's axis, seen from the photo's camera, in pixels of
+equal size. The photo is scaled by the stature, between crown and soles, put on the ground, and
+moved sideways until both have most in common. Arms rarely hang as the avatar's do; where they may
+be is found here.
+"""
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from model.cameras import Camera, Facing, Side, seen
+from model.geometry import Booleans, Floats, Integers
+from model.masks import LIGHT, Mask, runs
+from model.silhouette import ROWS, UPRIGHT, fill, towards_camera
+from model.template_mesh import Body
+
+MARGIN = 24
+"""Pixels of the sheet around what lies on it."""
+
+FREE = 0.3
+"""A run of the photo's pixels that overlaps the avatar by less than this share is an arm."""
+
+ARMS_END = 0.30
+"""Of the stature: lower down there are no hands, of whoever stands upright."""
+
+_SWING = 0.2
+"""Radians that arms may hang forwards or backwards of the avatar's."""
+
+HANDS_END = 0.36
+"""Of the stature: down to here a hand may lie on a thigh, unseen."""
+
+SMOOTH = 2
+"""A breadth is the mean over this many rows above and below, too."""
+
+
+class Sheet:
+    """A photo and a body laid over one another.
+
+    Attributes
+    ----------
+    body, side, camera, facing : what is seen, and how.
+    flat : ndarray of shape (V, 2), the body as `cameras.seen` gives it, metres.
+    step : metres to a pixel of the sheet.
+    size : width and height of the sheet in pixels.
+    origin : column and row of the body's axis on the floor.
+    points : ndarray of shape (V, 2), the body's vertices: columns and rows.
+    upright, whole : ndarrays of bool, (h, w): the body without its arms, and with them.
+    cover, photo : ndarrays of shape (h, w): how much of a pixel is person, and whether it is.
+    place : see `model.comparison.Comparison`.
+    overlap : what both have in common, as a share of what either has, arms included.
+    """
+
+    def __init__(
+        self,
+        mask: Mask,
+        body: Body,
+        side: Side,
+        camera: Camera,
+        facing: Facing,
+        rows: int = ROWS,
+    ) -> None:
+        self.body, self.side, self.camera, self.facing = body, side, camera, facing
+        template = body.template
+        self.flat = seen(body.vertices, side, camera, facing)
+        low, high = self.flat[:, 1].min(), self.flat[:, 1].max()
+        self.step = float((high - low) / rows)
+        reach = float(np.abs(self.flat[:, 0]).max()) / self.step
+        ratio = len(mask.cover) / rows
+        half = int(max(reach, 0.8 * mask.cover.shape[1] / ratio)) + MARGIN
+        self.size = (2 * half, rows + 2 * MARGIN)
+        self.origin = (float(half), MARGIN + high / self.step)
+        self.points = self.origin + self.flat / self.step * [1, -1]
+        upright = template.faces_of(*UPRIGHT)
+        shown = [towards_camera(self.points, template.faces[part]) for part in (upright, ~upright)]
+        self.upright = fill(self.points, shown[0], self.size)
+        self.whole = self.upright | fill(self.points, shown[1], self.size)
+        left = half - mask.cover.shape[1] / ratio / 2
+        left += self._shift(_laid(mask, left, ratio, self.size) >= LIGHT)
+        self.cover = _laid(mask, left, ratio, self.size)
+        self.photo: Booleans = self.cover >= LIGHT
+        scale = ratio * mask.scale
+        self.place = (mask.left - scale * left, mask.top - scale * MARGIN, scale)
+        common, either = self.photo & self.whole, self.photo | self.whole
+        self.overlap = float(common.sum() / either.sum())
+
+    def _shift(self, photo: Booleans) -> float:
+        """How far to the right the photo goes, in pixels, to have most in common."""
+        width = self.size[0]
+        # Every third row tells enough.
+        spectra = [np.fft.rfft(mask[::3], 2 * width, axis=1) for mask in (self.upright, photo)]
+        common = np.fft.irfft((spectra[0] * spectra[1].conj()).sum(axis=0), 2 * width)
+        peak = int(common.argmax())
+        before, at, after = common[[peak - 1, peak, (peak + 1) % (2 * width)]]
+        bend = before - 2 * at + after
+        fine = 0.5 * (before - after) / bend if bend < 0 else 0.0
+        return float((peak + fine + width) % (2 * width) - width)
+
+    def row(self, height: float) -> int:
+        """The row at a height on the sheet, as a share of the stature."""
+        return int(MARGIN + (1 - height) * ROWS)
+
+    def arms(self) -> tuple[Booleans, Booleans]:
+        """What is not judged: (h, w); and on which side of which row an arm hides it: (2, h)."""
+        height, width = self.photo.shape
+        arms = np.zeros_like(self.photo)
+        hidden = np.zeros((2, height), dtype=bool)
+        common = np.zeros((height, width + 1), dtype=np.int64)
+        np.cumsum(self.upright, axis=1, out=common[:, 1:])
+        rows, starts, ends = runs(self.photo)
+        kept = common[rows, ends] - common[rows, starts] >= FREE * (ends - starts)
+        kept |= rows >= self.row(ARMS_END)
+        first, last = np.full(height, width), np.zeros(height, dtype=np.int64)
+        np.minimum.at(first, rows[kept], starts[kept])
+        np.maximum.at(last, rows[kept], ends[kept])
+        sides = (ends <= first[rows]) & ~kept, (starts >= last[rows]) & ~kept
+        for row, start, end in zip(rows[~kept], starts[~kept], ends[~kept], strict=True):
+            arms[row, start:end] = True
+        shoulder = self.landmark_row("acromion_left")
+        if self.side == "profile":
+            # An arm that hangs is before the trunk or behind it: what it hides there is not known.
+            arms |= self._swung() & ~self.upright
+            return arms, hidden
+        outside = ~self.upright
+        columns = np.arange(width)
+        for side in (0, 1):
+            apart = np.zeros(height, dtype=bool)
+            apart[rows[sides[side]]] = True
+            apart[:shoulder] = False
+            rest = np.zeros(height, dtype=bool)
+            rest[shoulder : self.row(HANDS_END)] = True
+            if apart.any():
+                low = int(np.flatnonzero(apart).max())
+                # A hand that ends freely hides nothing below it.
+                if self._ends_freely(low, side, first, last):
+                    rest[low + 1 :] = False
+            hidden[side] = rest & ~apart
+            edge = edges_of_figure(self.upright)[side]
+            beyond = columns[None] < edge[:, None] if side == 0 else columns[None] >= edge[:, None]
+            arms |= hidden[side][:, None] & beyond & outside
+        return arms, hidden
+
+    def _swung(self) -> Booleans:
+        """Where arms may be from the side, forwards and backwards of where the avatar has them."""
+        template = self.body.template
+        reach = np.zeros_like(self.upright)
+        for side in ("left", "right"):
+            parts = [f"{part}_{side}" for part in ("upper_arm", "lower_arm", "hand")]
+            faces = template.faces[template.faces_of(*parts)]
+            joint = self.place_of(f"acromion_{side}")
+            for angle in (-_SWING, 0.0, _SWING):
+                cosine, sine = np.cos(angle), np.sin(angle)
+                turned = joint + (self.points - joint) @ [[cosine, sine], [-sine, cosine]]
+                reach |= fill(turned, towards_camera(turned, faces), self.size)
+        return reach
+
+    def _ends_freely(self, row: int, side: int, first: Integers, last: Integers) -> bool:
+        """Whether below this row, the last where an arm stands off, the leg grows no broader."""
+        near, below = row - 3, row + 6
+        ends = first if side == 0 else last
+        grown = (ends[near] - ends[below]) * (1 if side == 0 else -1)
+        return bool(grown < 0.012 * ROWS)
+
+    def place_of(self, name: str) -> Floats:
+        """Where on the sheet a landmark is: column and row."""
+        point = self.body.template.landmark_points(self.body.vertices, name)
+        flat = seen(point[None], self.side, self.camera, self.facing)[0]
+        return self.origin + flat / self.step * [1, -1]
+
+    def landmark_row(self, name: str) -> int:
+        return int(self.place_of(name)[1])
+
+    def heights(self, rows: Iterable[int]) -> Floats:
+        """How far above the floor the middles of rows lie, in metres."""
+        return (self.origin[1] - (np.array(rows) + 0.5)) * self.step
+
+    def breadth(self, near: range, arms: Booleans, avatar: Floats, *, legs: bool) -> float | None:
+        """The photo's mean breadth in rows, in metres; None where legs do not stand apart."""
+        found = []
+        for row in near:
+            spans = self.spans(row, arms)
+            if legs and len(spans) == 2:
+                found.append(float(np.mean([end - start for start, end in spans])))
+            elif not legs and (ends := over(spans, avatar)):
+                found.append(ends[1] - ends[0])
+        return float(np.mean(found)) if len(found) > SMOOTH else None
+
+    def spans(self, row: int, arms: Booleans) -> list[tuple[float, float]]:
+        """From where to where the photo has a person in a row, arms aside, in metres."""
+        columns = _spans(np.where(arms[row], 0, self.cover[row]))
+        left = self.origin[0]
+        return [((start - left) * self.step, (end - left) * self.step) for start, end in columns]
+
+
+def over(spans: list[tuple[float, float]], avatar: Floats) -> tuple[float, float] | None:
+    """From the first to the last of the spans that have something of the avatar's in them."""
+    met = [span for span in spans if span[0] < avatar[1] and span[1] > avatar[0]]
+    return (met[0][0], met[-1][1]) if met else None
+
+
+def _spans(cover: NDArray[np.float32]) -> list[tuple[float, float]]:
+    """Where a row is person, within a pixel's parts: an edge lies where its cover passes a half."""
+    padded = np.zeros(len(cover) + 2, dtype=cover.dtype)
+    padded[1:-1] = cover
+    ways = np.flatnonzero(np.diff(padded >= LIGHT))
+    starts, ends = ways[::2], ways[1::2]
+    spans = []
+    for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
+        before, at = padded[start], padded[start + 1]
+        last, after = padded[end], padded[end + 1]
+        spans.append(
+            (
+                start + 0.5 - (at - LIGHT) / (at - before),
+                end - 0.5 + (last - LIGHT) / (last - after),
+            )
+        )
+    return spans
+
+
+def _laid(mask: Mask, left: float, ratio: float, size: tuple[int, int]) -> NDArray[np.float32]:
+    """A mask on the sheet, its left edge in some column and `ratio` of its pixels to one."""
+    grey = Image.fromarray((np.pad(mask.cover, 1) * 255).astype(np.uint8))
+    placed = (ratio, 0, 1 - ratio * left, 0, ratio, 1 - ratio * MARGIN)
+    laid = grey.transform(size, Image.Transform.AFFINE, placed, Image.Resampling.BILINEAR)
+    cover: NDArray[np.float32] = np.asarray(laid).astype(np.float32) / np.float32(255)
+    return cover
+
+
+def edges_of_figure(inside: Booleans) -> tuple[Integers, Integers]:
+    """The first filled column of each row and the one past the last; of empty rows, both ends."""
+    width = inside.shape[1]
+    some = inside.any(axis=1)
+    first = np.where(some, inside.argmax(axis=1), width)
+    last = np.where(some, width - inside[:, ::-1].argmax(axis=1), 0)
+    return first, last
