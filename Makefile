@@ -13,7 +13,7 @@
 #                    pictures of the wizard, static/guide/ (minutes)
 #   make words       the texts of the pages, gathered for the translations, which it compiles
 #   make bench       how long measuring takes, beside a peer's way, in one run (ARGS="--rounds 9")
-#   make lighthouse  Lighthouse's scores of the form and the avatar's page, on a slow telephone
+#   make lighthouse  Lighthouse's scores of the wizard and the avatar's page, on a slow telephone
 #   make licences    docs/licences.md, from the metadata of what is installed
 #   make lock        the lock files, from pyproject.toml
 #   make clean       remove environments, packages and built files (not the secret in instance/,

@@ -1,10 +1,10 @@
 /**
- * Lighthouse's scores of the form and of the avatar's page, on its slow telephone: the processor
+ * Lighthouse's scores of the wizard's pages and of the avatar's, on its slow telephone: the processor
  * four times slower than this one, a slow 4G network. Stops with 1 where a score is below 95.
  *
  *     npm run lighthouse                                  the site of this folder
  *     BASE_URL=http://127.0.0.1:8000 npm run lighthouse   a site that is already running
- *     npm run lighthouse -- --report lighthouse.html      keep the avatar page's whole report
+ *     npm run lighthouse -- --report build/lighthouse     keep the whole reports
  *
  * Times are reckoned by Lighthouse from a load without a brake, so that other work on the machine
  * makes them longer: measure where nothing else runs.
@@ -24,6 +24,7 @@ import { launchOptions } from "../tests/browser/chromium.js";
 
 const CATEGORIES = ["performance", "accessibility", "best-practices"];
 const LEAST = 95;
+const PAGES = { start: "/", step: "/measure/waist_girth", avatar: "/avatar" };
 const PERSON = {
   body: "female",
   units: "metric",
@@ -84,11 +85,11 @@ async function fillIn(base) {
     return response;
   };
   const cookie = () => [...jar.values()].join("; ");
-  const page = await take(await fetch(base)).text();
+  const page = await take(await fetch(`${base}/numbers`)).text();
   const token = page.match(/name="csrf_token" value="([^"]+)"/)[1];
   const body = new URLSearchParams({ csrf_token: token, ...PERSON });
   const headers = { Cookie: cookie(), Referer: `${base}/` };
-  take(await fetch(base, { method: "POST", body, headers, redirect: "manual" }));
+  take(await fetch(`${base}/numbers`, { method: "POST", body, headers, redirect: "manual" }));
   const avatar = await fetch(`${base}/avatar`, { headers: { Cookie: cookie() }, redirect: "manual" });
   if (avatar.status !== 200) throw new Error(`The avatar's page: status ${avatar.status}.`);
   return cookie();
@@ -141,11 +142,12 @@ const chrome = await chromeLauncher.launch({
 });
 let good = true;
 try {
-  const form = await measure(`${base}/`, "", chrome.port);
-  good = tell("The form", form.lhr) && good;
-  const avatar = await measure(`${base}/avatar`, await fillIn(base), chrome.port);
-  good = tell("The avatar", avatar.lhr) && good;
-  if (values.report) writeFileSync(values.report, avatar.report);
+  const cookie = await fillIn(base);
+  for (const [name, address] of Object.entries(PAGES)) {
+    const { lhr, report } = await measure(`${base}${address}`, cookie, chrome.port);
+    good = tell(`${name}, ${address}`, lhr) && good;
+    if (values.report) writeFileSync(`${values.report}-${name}.html`, report);
+  }
 } finally {
   chrome.kill();
   stop();

@@ -80,6 +80,7 @@ class Page {
       ]);
       // What was typed meanwhile may have been answered already.
       if (!this.#rows.length) this.#rows = numbers.measurements;
+      await idle();
       const viewer = createViewer(this.#element);
       this.#element.viewer = viewer; // for what else the page may do with it
       this.#viewer = viewer;

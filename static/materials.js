@@ -98,12 +98,17 @@ void main() {
   gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
 }`;
 
-/* A soft shadow on the floor, so that the person stands on something. */
+/* A soft shadow on the floor, darkest under the feet, so that the person stands on something. */
 const DISC = /* glsl */ `
+uniform float feet;
 varying vec2 place;
+float shade(vec2 from, float reach) {
+  float light = max(0.0, 1.0 - dot(from, from) / (reach * reach));
+  return light * light;
+}
 void main() {
-  float light = max(0.0, 1.0 - dot(place, place));
-  gl_FragColor = vec4(0.0, 0.0, 0.0, 0.28 * light * light);
+  float foot = shade(vec2(abs(place.x) - feet, place.y), 0.42);
+  gl_FragColor = vec4(0.0, 0.0, 0.0, max(0.1 * shade(place, 1.0), 0.36 * foot));
 }`;
 
 const clear = { transparent: true, depthWrite: false };
@@ -142,5 +147,10 @@ export function taped() {
 }
 
 export function shaded() {
-  return new ShaderMaterial({ vertexShader: DISC_VERTEX, fragmentShader: DISC, ...clear });
+  return new ShaderMaterial({
+    uniforms: { feet: { value: 0 } },
+    vertexShader: DISC_VERTEX,
+    fragmentShader: DISC,
+    ...clear,
+  });
 }

@@ -51,6 +51,25 @@ export function fitSlope(positions, aspect, { distance, height }) {
 }
 
 /**
+ * How high above the picture's middle a body's stands, seen from an azimuth: as a slope.
+ *
+ * @param {Float32Array} positions three numbers a point
+ * @param {number} azimuth
+ * @param {{distance: number, height: number}} camera
+ */
+export function middleSlope(positions, azimuth, { distance, height }) {
+  const [across, along] = [Math.sin(azimuth), Math.cos(azimuth)];
+  let [low, high] = [Infinity, -Infinity];
+  for (let i = 0; i < positions.length; i += 3) {
+    const depth = distance - positions[i] * across - positions[i + 2] * along;
+    const slope = (positions[i + 1] - height) / depth;
+    if (slope < low) low = slope;
+    if (slope > high) high = slope;
+  }
+  return (low + high) / 2;
+}
+
+/**
  * How near the camera comes to show a part of a body.
  *
  * @param {{low: number, high: number, radius: number}} part heights, and how far it reaches

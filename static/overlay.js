@@ -52,7 +52,7 @@ export class Overlay {
       const [element, name, value, note] = ["div", "strong", "span", "span"].map((tag) =>
         document.createElement(tag),
       );
-      element.className = row.asked === null ? "tape-label" : "tape-label entered";
+      element.className = row.asked === null ? "tape-label" : "tape-label of-entered";
       element.dataset.tape = row.name;
       name.textContent = row.label;
       value.className = "tape-value";
@@ -166,7 +166,7 @@ export class Overlay {
 
   /** The lines of a label: to its tape, and from a height to the body. */
   #drawn({ asked }) {
-    const name = asked === null ? "lead" : "lead entered";
+    const name = asked === null ? "lead" : "lead of-entered";
     const [guide, line] = [svg("path", { class: `${name} guide` }), svg("path", { class: name })];
     this.#lines.append(guide, line);
     return { guide, line };

@@ -85,12 +85,11 @@ export class Shape {
     if (positions.length !== this.positions.length) {
       throw new RangeError(`${positions.length / 3} points, not ${this.positions.length / 3}`);
     }
-    const raw = vertexNormals(positions, this.#faces, new Float32Array(positions.length));
-    this.#served = { positions, normals, raw };
+    this.#served = { positions, normals, raw: null };
   }
 
   #reckon() {
-    const { positions: served, normals: smooth, raw } = this.#served;
+    const { positions: served, normals: smooth } = this.#served;
     const { positions, normals } = this;
     positions.set(served);
     const terms = this.#targets.map(({ moves, step }, i) => [this.#changes[i] / step, moves]);
@@ -103,9 +102,20 @@ export class Shape {
     if (used.length === 0) return;
     stand(positions);
     // The served normals are smoothed under the cloth: what bends is added to them.
+    const raw = this.#rawNormals();
     const bent = vertexNormals(positions, this.#faces, this.#scratch());
     for (let i = 0; i < normals.length; i += 1) normals[i] += bent[i] - raw[i];
     unit(normals);
+  }
+
+  /** The served body's normals as its faces give them, reckoned when it first bends. */
+  #rawNormals() {
+    const { positions } = this.#served;
+    return (this.#served.raw ??= vertexNormals(
+      positions,
+      this.#faces,
+      new Float32Array(positions.length),
+    ));
   }
 
   #spare = null;

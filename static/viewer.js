@@ -39,6 +39,7 @@ import {
   clamp,
   ease,
   fitSlope,
+  middleSlope,
   orbitOf,
   partDistance,
   position,
@@ -51,6 +52,7 @@ const MOST_PIXELS_PER_POINT = 2;
 const TURN_MILLISECONDS = 600;
 const BLEND_MILLISECONDS = 350;
 const GHOST_MILLISECONDS = 900;
+const SOLE = 0.02; // metres above the floor that still are sole
 const KEY_TURN = Math.PI / 12;
 const KEY_ZOOM = 1.2;
 const NEAREST = 0.3; // of the distance at which the whole body is seen
@@ -149,9 +151,11 @@ class Viewer {
     }
     if (request.signal.aborted) return false;
     const first = this.#shape === null;
+    if (first) await pause();
     this.#replace(body, changes());
-    if (first) await this.#prepare();
+    if (first) await this.#prepare([this.#ground, this.#meshes[0]]);
     this.#uncover(true);
+    if (first) this.#prepareRest();
     return true;
   }
 
@@ -288,6 +292,7 @@ class Viewer {
     this.#dropGhost();
     this.#dropBody();
     this.#tapes.dispose();
+    this.#ghostModel.geometry.dispose();
     this.#ghostModel.material.dispose();
     this.#ground.geometry.dispose();
     this.#ground.material.dispose();
@@ -322,7 +327,7 @@ class Viewer {
       this.#shape.bend(changes);
       this.#build(body);
     }
-    this.#ground.scale.setScalar(0.31 * this.#height());
+    this.#standOn();
     if (first) {
       this.#stand(this.#whole("front"));
       this.#limit();
@@ -332,18 +337,35 @@ class Viewer {
     this.#draw();
   }
 
-  /** Programs are made ready beside the page's own work, those of tapes and ghosts too. */
-  async #prepare() {
-    this.#ghostModel.geometry = this.#meshes[0].geometry;
+  /** Make programs ready one by one, and leave the page its turn between them. */
+  async #prepare(meshes) {
     const aside = this.#renderer.extensions.has("KHR_parallel_shader_compile");
-    if (aside) await this.#renderer.compileAsync(this.#scene, this.#camera);
-    else this.#renderer.compile(this.#scene, this.#camera);
-    // Used once before anyone waits for them: a program's first use stands still.
-    const unseen = [this.#ghostModel, this.#tapes.mesh];
-    for (const mesh of unseen) mesh.visible = true;
-    this.#renderer.setSize(1, 1, false);
-    this.#renderer.render(this.#scene, this.#camera);
-    for (const mesh of unseen) mesh.visible = false;
+    for (const mesh of meshes) {
+      await pause();
+      if (aside) await this.#renderer.compileAsync(mesh, this.#camera, this.#scene);
+      else this.#renderer.compile(mesh, this.#camera, this.#scene);
+    }
+    await pause();
+  }
+
+  /** The programs of tapes and ghosts, before anyone waits for them: a first use stands still. */
+  async #prepareRest() {
+    const corner = this.#ghostModel.geometry;
+    for (const [name, attribute] of Object.entries(this.#geometry)) {
+      corner.setAttribute(name, attribute);
+    }
+    corner.setIndex([0, 0, 0]);
+    for (const mesh of [this.#ghostModel, this.#tapes.mesh]) {
+      await this.#prepare([mesh]);
+      if (this.#listeners.signal.aborted) return;
+      const shown = mesh.visible;
+      mesh.visible = true;
+      this.#ghostModel.material.uniforms.opacity.value = 0;
+      this.#render();
+      mesh.visible = shown;
+    }
+    this.#ghostModel.material.uniforms.opacity.value = 1;
+    this.#draw();
   }
 
   #build({ parts }) {
@@ -376,6 +398,22 @@ class Viewer {
     this.#fading = null;
   }
 
+  /** Lay the shadow under the feet. */
+  #standOn() {
+    const { positions } = this.#shape;
+    let [count, apart, back] = [0, 0, 0];
+    for (let i = 0; i < positions.length; i += 3) {
+      if (positions[i + 1] > SOLE) continue;
+      count += 1;
+      apart += Math.abs(positions[i]);
+      back += positions[i + 2];
+    }
+    const size = 0.31 * this.#height();
+    this.#ground.position.z = back / Math.max(count, 1);
+    this.#ground.scale.setScalar(size);
+    this.#ground.material.uniforms.feet.value = apart / Math.max(count, 1) / size;
+  }
+
   #height() {
     const { positions } = this.#shape;
     let highest = 0;
@@ -405,11 +443,10 @@ class Viewer {
 
   /** A named view of the whole body: with the camera and the lens of the still pictures. */
   #whole(name) {
-    const height = this.#height() / 2;
-    const slope = fitSlope(this.#shape.positions, this.#camera.aspect, {
-      distance: DISTANCE,
-      height,
-    });
+    const { positions } = this.#shape;
+    const camera = { distance: DISTANCE, height: this.#height() / 2 };
+    const slope = fitSlope(positions, this.#camera.aspect, camera);
+    const height = camera.height + DISTANCE * middleSlope(positions, VIEWS[name].azimuth, camera);
     return { ...VIEWS[name], distance: DISTANCE, height, slope };
   }
 
@@ -610,6 +647,11 @@ class Viewer {
     event.preventDefault();
     action();
   }
+}
+
+/** Let the page do what else it has to. */
+function pause() {
+  return new Promise((resolve) => setTimeout(resolve, 0));
 }
 
 async function fetchBody(url, signal) {

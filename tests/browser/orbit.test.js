@@ -6,6 +6,7 @@ import {
   between,
   ease,
   fitSlope,
+  middleSlope,
   orbitOf,
   partDistance,
   position,
@@ -46,6 +47,15 @@ test("the fitted lens leaves a twenty-fifth free on the side that is the tightes
   near(fitSlope(cross, 0.1, camera), 0.5 / 3 / free / 0.1, 1e-6);
   const deep = Float32Array.of(0, 0.9, 1, 0, 0.9, -1, 0, 0.8, 0, 0, 1, 0);
   near(fitSlope(deep, 1, camera), 1 / 3 / free, 1e-6);
+});
+
+test("a body's middle is found from where it is looked at", () => {
+  const camera = { distance: 3, height: 1 };
+  const pole = Float32Array.of(0, 0, 0, 0, 1.5, 0);
+  for (const azimuth of [0, 1, 2]) near(middleSlope(pole, azimuth, camera), -0.25 / 3, 1e-6);
+  const footBefore = Float32Array.of(1, 0, 0, 0, 2, 0); // nearer from the left: lower
+  near(middleSlope(footBefore, Math.PI / 2, camera), (-1 / 2 + 1 / 3) / 2, 1e-6);
+  near(middleSlope(footBefore, 0, camera), 0, 1e-6);
 });
 
 test("a part fills its share of the frame, upwards or sideways, from its near side", () => {
