@@ -312,9 +312,9 @@ class _Doubted:
 
 def _score(given: Given, name: str, value: float, noise: Mapping[str, float]) -> float:
     """By how many deviations a value lies above the expected one, its own noise in them."""
-    deviation = np.hypot(given.deviation(name), noise.get(name, 0.0) / value)
-    above = np.log(value) - given.means[given.names.index(name)]
-    return float(above / deviation)
+    middle = given.means[given.names.index(name)]
+    deviation = np.hypot(given.deviation(name), noise.get(name, 0.0) / np.exp(middle))
+    return float((np.log(value) - middle) / deviation)
 
 
 def _explains(

@@ -50,6 +50,7 @@ def test_a_value_has_no_say_in_its_own_expectation(estimator) -> None:
         ("bust_girth", 2.54),
         ("bust_girth", 1 / 2.54),
         ("waist_girth", 0.1),
+        ("waist_girth", 0.01),
         ("stature", 1 / 2.54),
         ("inseam_height", 2.54),
         ("weight", 1 / 0.45359237),
@@ -60,6 +61,7 @@ def test_a_value_has_no_say_in_its_own_expectation(estimator) -> None:
 )
 def test_a_mixed_up_unit_is_recognised(estimator, name, factor) -> None:
     values = middling(estimator)
+    values[name] *= 1.005
     right = values[name]
     doubt = only_doubt(estimator, values | {name: right * factor})
     assert (doubt.measurement, doubt.code, doubt.meant) == (name, "unit_mix_up", None)

@@ -258,3 +258,12 @@ def test_the_spread_of_few_bodies_is_one_too() -> None:
     few = np.random.default_rng(0).normal(size=(5, 20))
     spread = spread_of(few)
     assert spread @ spread.T == pytest.approx(np.cov(few.T), abs=1e-3)
+
+
+def test_two_girths_and_a_height_do_not_explode(estimator) -> None:
+    """Where they are seldom together, the rest stays what people have."""
+    apart_girths = {"stature": 1.7, "bust_girth": 1.15, "underbust_girth": 0.84}
+    body = fit_to_tape(estimator, MeasurementSet(apart_girths)).body
+    for name, value in measure(body).values.items():
+        low, high = estimator.limits[name]
+        assert low < value < high, name
