@@ -11,6 +11,8 @@ from dataclasses import dataclass, replace
 from typing import IO, Any
 
 from flask import Blueprint, Request, Response, jsonify, redirect, render_template, request, url_for
+from flask_babel import gettext
+from flask_babel import lazy_gettext as _l
 from werkzeug.wrappers import Response as AnyResponse
 
 from model.cameras import Camera, Side
@@ -23,6 +25,7 @@ from model.rendering import RenderingUnavailable, render_png
 from webapp import units
 from webapp.avatars import Avatar, avatar_of, make_avatar, shown_request
 from webapp.forms import CAMERA_LIMITS, AvatarRequest, Refusal, Refused
+from webapp.table_words import label
 from webapp.units import Units
 
 SIDES: tuple[Side, ...] = ("front", "profile")
@@ -41,33 +44,49 @@ STATUS: Mapping[str, int] = {
 }
 """What a picture is refused with; 422 where it is a picture, but of no person standing alone."""
 
-WORDS: Mapping[str, str] = {
-    "wrong_type": "A PNG or JPEG picture is needed here.",
-    "animated": "A picture that stands still is needed here.",
-    "unreadable": "This picture is broken or has not arrived whole. Please send it again.",
-    "too_large": f"Pictures up to {MOST_BYTES // 2**20} MB, {MOST_ACROSS} pixels along a side and "
-    f"{MOST_PIXELS // 10**6} million pixels in all can be read.",
-    "no_person": "We found no outline of a standing person here: light on dark, or cut out.",
-    "cut_off": "The person is not all in the picture. Leave some space around head and feet.",
-    "several_people": "There seems to be more than one person or thing in the picture.",
-    "too_small": "The person is too small in the picture. Come nearer, or send it larger.",
+WORDS: Mapping[str, Any] = {
+    "wrong_type": _l("A PNG or JPEG picture is needed here."),
+    "animated": _l("A picture that stands still is needed here."),
+    "unreadable": _l("This picture is broken or has not arrived whole. Please send it again."),
+    "too_large": _l(
+        "Pictures up to %(size)s MB, %(across)s pixels along a side and %(millions)s million "
+        "pixels in all can be read.",
+        size=MOST_BYTES // 2**20,
+        across=MOST_ACROSS,
+        millions=MOST_PIXELS // 10**6,
+    ),
+    "no_person": _l("We found no outline of a standing person here: light on dark, or cut out."),
+    "cut_off": _l("The person is not all in the picture. Leave some space around head and feet."),
+    "several_people": _l("There seems to be more than one person or thing in the picture."),
+    "too_small": _l("The person is too small in the picture. Come nearer, or send it larger."),
 }
 
-REASONS: tuple[tuple[str, str, str], ...] = (
-    ("clothes", "Clothes", "Loose or thick cloth is wider than the body in it."),
-    ("hair", "Hair", "Hair makes you taller and broader about the head than your body is."),
+REASONS: tuple[tuple[str, Any, Any], ...] = (
+    ("clothes", _l("Clothes"), _l("Loose or thick cloth is wider than the body in it.")),
+    (
+        "hair",
+        _l("Hair"),
+        _l("Hair makes you taller and broader about the head than your body is."),
+    ),
     (
         "stance",
-        "How you stand",
-        "Feet, hips and back rarely stand as the avatar's do; a turn of the body changes widths.",
+        _l("How you stand"),
+        _l(
+            "Feet, hips and back rarely stand as the avatar's do; a turn of the body changes "
+            "widths."
+        ),
     ),
-    ("breath", "Breath", "Breathing in moves chest and belly by one to three centimetres."),
+    (
+        "breath",
+        _l("Breath"),
+        _l("Breathing in moves chest and belly by one to three centimetres."),
+    ),
     (
         "camera",
-        "The camera",
-        "Nearer, higher, lower or tilted: it sees another outline than the one we drew.",
+        _l("The camera"),
+        _l("Nearer, higher, lower or tilted: it sees another outline than the one we drew."),
     ),
-    ("arms", "Arms", "They are left out, and so is every level that they hide."),
+    ("arms", _l("Arms"), _l("They are left out, and so is every level that they hide.")),
 )
 """Why a photo and an avatar may differ though nothing is wrong: code, title, words."""
 
@@ -93,7 +112,7 @@ class PicturesRefused(Refused):
     def __init__(self, faults: Mapping[str, PictureRefusedError]) -> None:
         reasons = {field: fault.reason for field, fault in faults.items()}
         super().__init__(
-            [Refusal(field, reason, WORDS[reason]) for field, reason in reasons.items()]
+            [Refusal(field, reason, str(WORDS[reason])) for field, reason in reasons.items()]
         )
         self.status = STATUS.get(next(iter(reasons.values())), 422)
 
@@ -125,7 +144,7 @@ def masks_sent() -> dict[Side, Mask]:
     if faults:
         raise PicturesRefused(faults)
     if not masks:
-        message = "A picture is needed: front, profile or both."
+        message = gettext("A picture is needed: front, profile or both.")
         raise Refused([Refusal("front", "required", message)])
     return masks
 
@@ -221,14 +240,14 @@ def shown(comparison: Comparison, avatar: Avatar) -> dict[str, Any]:
         "levels": [
             row
             | {
-                "label": MEASUREMENTS[level.measurement].label,
+                "label": label(level.measurement),
                 "photo": round(units.from_si(level.photo, "m", chosen), 2),
                 "avatar": round(units.from_si(level.avatar, "m", chosen), 2),
                 "row": round(comparison.origin[1] - level.height / comparison.step, 1),
             }
             for row, level in zip(document(comparison)["levels"], comparison.levels, strict=True)
         ],
-        "unseen": [MEASUREMENTS[name].label for name in comparison.unseen],
+        "unseen": [label(name) for name in comparison.unseen],
         "facing": comparison.facing,
         "width": width,
         "height": height,
@@ -256,7 +275,9 @@ def answer() -> Response | AnyResponse | str | tuple[str, int]:
     as_json = scripted == "application/json"
     if wanted is None:
         if as_json:
-            raise Refused([Refusal("avatar", "required", "Please enter your measurements first.")])
+            raise Refused(
+                [Refusal("avatar", "required", gettext("Please enter your measurements first."))]
+            )
         return redirect(url_for("wizard.start"), 303)
     try:
         wanted = _with_camera(wanted)
@@ -269,7 +290,7 @@ def answer() -> Response | AnyResponse | str | tuple[str, int]:
             improved = improve(avatar, masks, compared)
             changes = refinement(avatar, improved)
             for row in changes["measurements"]:
-                row["label"] = MEASUREMENTS[row["name"]].label
+                row["label"] = label(row["name"])
             for side, view in improved.views.items():
                 changes[side] = shown(view, improved.avatar)
     except Refused as refused:
@@ -278,7 +299,9 @@ def answer() -> Response | AnyResponse | str | tuple[str, int]:
         return _page(wanted, faults=refused.faults), getattr(refused, "status", 422)
     if not as_json:
         return _page(wanted, views=views, changes=changes)
-    reasons = [{"code": code, "title": title, "words": words} for code, title, words in REASONS]
+    reasons = [
+        {"code": code, "title": str(title), "words": str(words)} for code, title, words in REASONS
+    ]
     content = {"units": wanted.units, "reasons": reasons} | views
     return jsonify(content | ({"refinement": changes} if changes else {}))
 
@@ -322,14 +345,21 @@ def _with_camera(wanted: AvatarRequest) -> AvatarRequest:
         try:
             value = units.parse(typed, "m", wanted.units)
         except ValueError:
-            faults.append(Refusal(field, "not_a_number", "We could not read this as a number."))
+            faults.append(
+                Refusal(field, "not_a_number", gettext("We could not read this as a number."))
+            )
             continue
         if low <= value <= high:
             placed[name] = value
         else:
             least, most = units.range_in(low, high, "m", wanted.units, 0)
             symbol = units.SYMBOLS["m"][wanted.units]
-            message = f"Between {least:g} and {most:g} {symbol}, please."
+            message = gettext(
+                "Between %(least)s and %(most)s %(unit)s, please.",
+                least=f"{least:g}",
+                most=f"{most:g}",
+                unit=symbol,
+            )
             faults.append(Refusal(field, "out_of_range", message))
     if faults:
         raise Refused(faults)
