@@ -110,7 +110,8 @@ def people_sections(population: Population, measured: Floats, rows: Path | None)
             table(["", "error", *band_heads(STATURE_BANDS, 100)], _bands(fits, bodies, "stature")),
             "## Ranges",
             "How often the printed 80 % range holds the truth, from the seven, and by band of "
-            "body-mass index.",
+            "body-mass index. A share of 0.80 found on 100 people is uncertain by 0.08, on 400 by "
+            "0.04 (nineteen of twenty times).",
             table(
                 ["", "measurement", "all", *band_heads(INDEX_BANDS)],
                 [row for sex in SEXES for row in coverage_rows(sex, fits[sex])],
