@@ -216,7 +216,7 @@ def _edges(sheet: Sheet) -> Edges:
     arms, hidden = sheet.arms()
     crotch = sheet.landmark_row("crotch")
     if sheet.side == "front":
-        trunk = range(sheet.landmark_row("neck_front"), crotch, _SPACING)
+        trunk = range(sheet.landmark_row("axilla_left"), crotch, _SPACING)
         legs = range(crotch + _SPACING, sheet.row(_LEGS_END), _SPACING)
     else:
         trunk = range(sheet.landmark_row("suprasternale"), sheet.row(_LEGS_END), _SPACING)
