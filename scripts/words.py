@@ -31,25 +31,25 @@ PAGES = {"trim_blocks": "true", "lstrip_blocks": "true", "silent": "false"}
 def texts() -> Catalog:
     """All texts of the site, each with the files that it stands in."""
     catalog = Catalog(project="Fitting Room", charset="utf-8", fuzzy=False)
-    for file, message in _found():
-        catalog.add(message, locations=[(file.relative_to(ROOT).as_posix(), 1)])
+    for file, message, context in _found():
+        place = (file.relative_to(ROOT).as_posix(), 1)
+        catalog.add(message, locations=[place], context=context)
     return catalog
 
 
-def _found() -> Iterator[tuple[Path, str | tuple[str, ...]]]:
+def _found() -> Iterator[tuple[Path, str | tuple[str, ...], str | None]]:
     for method, files, options in (
         ("python", sorted((ROOT / "webapp").glob("*.py")), {}),
         ("jinja2.ext:babel_extract", sorted((ROOT / "templates").rglob("*.html")), PAGES),
     ):
         for file in files:
-            for _line, message, *_rest in extract_from_file(
-                method, file, KEYWORDS, options=options
-            ):
-                yield file, message
+            found = extract_from_file(method, file, KEYWORDS, options=options)
+            for _line, message, _comments, context in found:
+                yield file, message, context
     with TABLE.open(encoding="utf-8", newline="") as table:
         for row in csv.DictReader(table):
             for column in TABLE_COLUMNS:
-                yield TABLE, row[column]
+                yield TABLE, row[column], None
 
 
 def in_step(language: str, found: Catalog) -> Catalog:

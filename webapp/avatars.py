@@ -16,6 +16,8 @@ from flask import (
     session,
     url_for,
 )
+from flask_babel import gettext
+from flask_babel import lazy_gettext as _l
 from werkzeug.wrappers import Response as AnyResponse
 
 from model.anthropometry import ImpossibleBodyError, Measured, measure
@@ -43,9 +45,9 @@ ESTIMATED = {
 MET: Mapping[str, float] = {"m": 0.001, "kg": 0.1}
 """An entered value this near to the body's is met, by unit: no tape or scale reads finer."""
 
-BEGIN_HERE = "To show your body we need your height first. It takes a minute."
-LOOK_AGAIN = "Some of your answers need another look."
-CONTRADICTORY = (
+BEGIN_HERE = _l("To show your body we need your height first. It takes a minute.")
+LOOK_AGAIN = _l("Some of your answers need another look.")
+CONTRADICTORY = _l(
     "These measurements contradict each other: no body has all of them. "
     "Please check each number and its unit."
 )
@@ -120,7 +122,7 @@ def make_avatar(wanted: AvatarRequest) -> Avatar:
             body = estimator.estimate(wanted.asked)
         avatar = avatar_of(wanted, estimator, body)
     except ImpossibleBodyError:
-        raise Refused([Refusal("measurements", "contradictory", CONTRADICTORY)]) from None
+        raise Refused([Refusal("measurements", "contradictory", str(CONTRADICTORY))]) from None
     if wanted.fit == "tape":
         metrics.fitted(
             wanted.body,
@@ -228,12 +230,12 @@ def page() -> str | AnyResponse:
     wanted = shown_request()
     if wanted is None:
         begun = bool(session.get("typed"))
-        flash(LOOK_AGAIN if begun else BEGIN_HERE)
+        flash(str(LOOK_AGAIN if begun else BEGIN_HERE))
         return redirect(url_for("wizard.review" if begun else "wizard.start"), 303)
     try:
         avatar = make_avatar(wanted)
     except Refused:
-        flash(CONTRADICTORY)
+        flash(str(CONTRADICTORY))
         return redirect(url_for("wizard.review"), 303)
     every = rows(avatar)
     entered = [row for row in every if row.asked is not None]
@@ -245,7 +247,8 @@ def page() -> str | AnyResponse:
         "avatars/avatar.html",
         units=wanted.units,
         entered=entered,
-        unmet=[MEASUREMENTS[row.name].label for row in entered if row.unmet],
+        unmet=[row.name for row in entered if row.unmet],
+        labels={name: gettext(row.label) for name, row in MEASUREMENTS.items()},
         estimated=estimated,
         measurements=MEASUREMENTS,
         fields=[_field(row, wanted) for row in entered],

@@ -5,16 +5,22 @@ leg down to each place that people measure it to. A person is shown the build th
 their own once their height and weight are known (`webapp.guide`).
 """
 
+import io
 from collections.abc import Mapping
 from pathlib import Path
 
+from PIL import Image, ImageDraw
+
 from model.anthropometry import TAKEN, measure
 from model.estimators import Estimator, load_estimators
-from model.measurements import BodyKind, MeasurementSet
+from model.measurements import MEASUREMENTS, BodyKind, MeasurementSet
 from model.tape_pictures import LEG_ENDS, leg_picture, tape_picture
 from model.template_mesh import DATA
 
 GUIDE = Path("static", "guide")
+
+SHEET = Path("docs", "images", "guide.webp")
+"""All measurements on one sheet, to look at."""
 
 PANEL = (320, 400)
 """Of one view, in pixels: sharp at half a telephone's width, and small."""
@@ -65,8 +71,25 @@ def draw_guide(folder: Path = GUIDE) -> None:
         old.unlink()
     for name, picture in drawn.items():
         (folder / f"{name}.webp").write_bytes(picture)
+    SHEET.write_bytes(sheet(folder))
     size = sum(map(len, drawn.values()))
     print(f"drew {len(drawn)} pictures into {folder}, {size / 1e3:.0f} kB")
+
+
+def sheet(folder: Path = GUIDE, columns: int = 7) -> bytes:
+    """All measurements of one body on one sheet, in the table's order: the bytes of a WebP file."""
+    wide, tall = PANEL[0] // 2 * 2 + 6, PANEL[1] // 2 + 20
+    rows = -(-len(TAKEN) // columns)
+    paper = Image.new("RGB", (columns * wide, rows * tall), "white")
+    pen = ImageDraw.Draw(paper)
+    for place, name in enumerate(TAKEN):
+        left, top = place % columns * wide, place // columns * tall
+        with Image.open(folder / f"{name}_female_medium.webp") as picture:
+            paper.paste(picture.reduce(2), (left, top + 14))
+        pen.text((left, top), MEASUREMENTS[name].label, fill="black")
+    stream = io.BytesIO()
+    paper.save(stream, "WEBP", quality=70, method=6)
+    return stream.getvalue()
 
 
 def _pictures(estimator: Estimator, build: str) -> dict[str, bytes]:

@@ -96,10 +96,12 @@ for (const [width, colorScheme] of [
       await page.goto("/");
       expect(await axe(page)).toEqual([]);
       await begin(page);
-      await walk(page, METRIC, async () => expect(await axe(page), page.url()).toEqual([]));
-      expect(await axe(page)).toEqual([]);
-      await page.goto("/measure");
-      expect(await axe(page)).toEqual([]);
+      await page.locator("#stature").fill("168");
+      await page.locator(NEXT).click();
+      for (const path of ["measure/stature", "measure/inseam_height", "measure", "review"]) {
+        await page.goto(`/${path}`);
+        expect(await axe(page), path).toEqual([]);
+      }
       // A fault, a question, a third reading.
       await page.goto("/measure/waist_girth");
       await page.locator("#waist_girth").fill("29");
@@ -112,6 +114,7 @@ for (const [width, colorScheme] of [
       await expect(page.locator(".question button[name=keep]")).toBeVisible();
       expect(await axe(page)).toEqual([]);
       await page.goto("/measure/hip_girth");
+      await page.locator("#hip_girth").fill("98");
       await page.locator("details.again summary").click();
       await page.locator("#hip_girth-2").fill("102");
       await page.locator(NEXT).click();
