@@ -236,3 +236,11 @@ def test_the_cookie_holds_every_measurement_read_three_times(client):
         kept = session["typed"]
     assert set(MEASUREMENTS) <= set(kept)
     assert f"{next(iter(MEASUREMENTS))}:3" in kept
+
+
+def test_what_the_form_does_not_ask_is_kept_and_named(client):
+    client.send("/", body="female", units="metric")
+    client.send("/measure/calf_girth", units="metric", calf_girth="37")
+    client.send(**WOMAN)
+    client.get("/numbers")
+    assert "Entered besides: Calf." in text(client.page)

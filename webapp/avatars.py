@@ -247,7 +247,7 @@ def page() -> str | AnyResponse:
         "avatars/avatar.html",
         units=wanted.units,
         entered=entered,
-        unmet=[row.name for row in entered if row.unmet],
+        unmet=[gettext(MEASUREMENTS[row.name].label) for row in entered if row.unmet],
         labels={name: gettext(row.label) for name, row in MEASUREMENTS.items()},
         estimated=estimated,
         measurements=MEASUREMENTS,

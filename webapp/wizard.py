@@ -431,7 +431,7 @@ def _form(typed: Typed, faults: Sequence[Refusal] = (), notice: str = "") -> str
         typed=typed,
         bodies=guide.BODY_WORDS,
         names=guide.QUICK,
-        others=[name for name in typed.answers if name not in guide.QUICK],
+        others=[table_words.label(name) for name in typed.answers if name not in guide.QUICK],
         rows=MEASUREMENTS,
         words=guide.WORDS,
         how_to=table_words.how_to,
