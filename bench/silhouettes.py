@@ -278,8 +278,11 @@ def _told_lines(told: Sequence[Told]) -> Iterable[str]:
         yield (
             "| "
             + " | ".join(
-                [f"{words}: overlap, median (least)"]
-                + [f"{np.median(p[:, 0]):.4f} ({p[:, 0].min():.4f})" for p in pairs.values()]
+                [f"{words}: overlap, median (least; above 0.98)"]
+                + [
+                    f"{np.median(p[:, 0]):.4f} ({p[:, 0].min():.4f}; {(p[:, 0] > 0.98).sum()})"
+                    for p in pairs.values()
+                ]
             )
             + " |"
         )
