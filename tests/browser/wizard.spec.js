@@ -203,8 +203,10 @@ test("the tape is shown in 3D on the person's own body, which changes as they ty
   await page.locator("#stature").fill("168");
   await page.locator(NEXT).click();
   await page.goto("/measure/waist_girth");
+  await expect(page.locator("#viewer")).toBeHidden();
   await page.locator("#preview button").click();
   const viewer = page.locator("#viewer");
+  await expect(viewer).toBeVisible();
   await expect(viewer).toHaveAttribute("data-state", "ready", { timeout: 30_000 });
   await expect(viewer.locator(".tape-label")).toContainText("Waist");
   await page.locator("#waist_girth").fill("84");
