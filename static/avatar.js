@@ -192,9 +192,11 @@ class Page {
       ({ asked, taken }) => asked !== null && Math.abs(asked - taken) > 0.1,
     );
     const words = unmet.map(({ label }) => label).join(", ");
-    this.#status.textContent = unmet.length
-      ? `The body comes as near as one can, but not to all: ${words}.`
-      : "The body measures what you typed.";
+    const place = document.querySelector("#verdict");
+    const { met, unmet: less } = place.dataset;
+    const verdict = unmet.length ? less.replace("{names}", words) : met;
+    this.#status.textContent = verdict;
+    place.textContent = verdict;
   }
 
   #refreshPictures() {

@@ -180,15 +180,15 @@ export class Overlay {
     const { units, top, text } = this.#ruler;
     const shown = marks(units, top + 0.1);
     const at = (y) => this.#viewer.see([0, y, 0]).y;
+    const crown = at(top);
     let path = "";
     const texts = [];
     for (const { height: y, long, label } of shown) {
       const place = at(y);
       if (place < 0 || place > height) continue;
       path += `M0 ${place}h${long ? 14 : 7}`;
-      if (long) texts.push([18, place, label, ""]);
+      if (long && Math.abs(place - (crown - 10)) > 14) texts.push([18, place, label, ""]);
     }
-    const crown = at(top);
     path += `M0 ${crown}h${width / 2}`;
     texts.push([18, crown - 10, text, "crown"]);
     this.#scaleMarks.setAttribute("d", path);
