@@ -14,6 +14,8 @@
 #   make words       the texts of the pages, gathered for the translations, which it compiles
 #   make bench       how long measuring takes, beside a peer's way, in one run (ARGS="--rounds 9")
 #   make lighthouse  Lighthouse's scores of the wizard and the avatar's page, on a slow telephone
+#   make fuzz        50,000 generated requests, none of which may be answered 5xx
+#   make faults      a real server, broken in the ways in which servers break
 #   make licences    docs/licences.md, from the metadata of what is installed
 #   make lock        the lock files, from pyproject.toml
 #   make clean       remove environments, packages and built files (not the secret in instance/,
@@ -43,7 +45,7 @@ SCRIPTS := $(shell find static -path static/build -prune -o -name '*.js' -print 
 export PLAYWRIGHT_SKIP_BROWSER_DOWNLOAD := 1
 export NPM_CONFIG_UPDATE_NOTIFIER := false
 
-.PHONY: help run test lint format train population report guide words bench lighthouse licences lock clean
+.PHONY: help run test lint format train population report guide words bench lighthouse fuzz faults licences lock clean
 .DELETE_ON_ERROR:
 
 help:
@@ -102,6 +104,13 @@ bench: $(SITE)
 lighthouse: $(SITE) $(FRONT_END)
 	@scripts/require.sh chromium
 	@npm run --silent lighthouse
+
+fuzz: $(DEV)
+	@$(BIN)/python scripts/fuzz.py $(ARGS)
+
+faults: $(SITE)
+	@scripts/require.sh nginx
+	@$(BIN)/python scripts/faults.py $(ARGS)
 
 population: $(POPULATION)
 	@scripts/require.sh osmesa

@@ -1,6 +1,7 @@
 """The command line: ``python -m bench`` prints our timings beside the peer's.
 
 ``python -m bench silhouettes`` prints how well outlines tell bodies apart, and how they help.
+``python -m bench load`` drives the real server instead, see `load`.
 """
 
 import argparse
@@ -10,7 +11,7 @@ import sys
 import numpy as np
 import trimesh
 
-from bench import silhouettes
+from bench import load, silhouettes
 from bench.measuring import (
     ALL,
     GIRTHS,
@@ -32,6 +33,9 @@ def main(arguments: list[str] | None = None) -> None:
     arguments = sys.argv[1:] if arguments is None else arguments
     if arguments[:1] == ["silhouettes"]:
         silhouettes.main(arguments[1:])
+        return
+    if arguments[:1] == ["load"]:
+        load.main(arguments[1:])
         return
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
     parser.add_argument("--rounds", type=int, default=25, help="of the timings of one body")

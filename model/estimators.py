@@ -24,7 +24,7 @@ from model.geometry import Floats
 from model.law import Law
 from model.measurements import BODY_KINDS, MEASUREMENTS, BodyKind, MeasurementSet
 from model.shape_basis import ShapeBasis, load_shape_basis
-from model.template_mesh import DATA, Body, TemplateMesh, load_template_mesh
+from model.template_mesh import DATA, Body, DamagedFileError, TemplateMesh, load_template_mesh
 
 RANGE_SHARE = 0.8
 """How often the truth lies within a printed range."""
@@ -423,7 +423,7 @@ def load_estimator(path: Path, folder: Path = DATA) -> Estimator:
             template=load_template_mesh(folder),
         )
         trained_on = str(arrays["basis"])
-    except FileNotFoundError:
+    except (FileNotFoundError, DamagedFileError):
         raise
     except Exception as error:
         raise ValueError(f"{path} is not an estimator's file: {error}") from error

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from model.geometry import Floats, Integers
-from model.template_mesh import DATA, Gradient
+from model.template_mesh import DATA, Gradient, reading
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,11 +130,12 @@ def load_shape_basis(folder: Path = DATA) -> ShapeBasis:
 
     Raises
     ------
-    FileNotFoundError
-        Where a file is missing; the message names it.
+    FileNotFoundError, DamagedFileError
+        Where a file is missing or damaged; the message names it.
     """
-    stored = np.load(folder / "shape_directions.npy", mmap_mode="r", allow_pickle=False)
-    with np.load(folder / "shape_basis.npz", allow_pickle=False) as arrays:
+    with reading(folder / "shape_directions.npy") as file:
+        stored = np.load(file, mmap_mode="r", allow_pickle=False)
+    with reading(folder / "shape_basis.npz") as file, np.load(file, allow_pickle=False) as arrays:
         return ShapeBasis(
             mean=arrays["mean"].astype(np.float64),
             directions=np.multiply(stored.T, arrays["scales"].astype(np.float32), order="C").T,

@@ -4,7 +4,8 @@ Axes and units as in :mod:`model`: metres, +Y up, facing +Z, the person's left a
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -135,6 +136,26 @@ def _landmark_weights(
     return indices.astype(np.int64), weights
 
 
+class DamagedFileError(ValueError):
+    """A shipped file is there, and is not what it was; the message names it."""
+
+
+@contextmanager
+def reading(file: Path) -> Iterator[Path]:
+    """Names a file in whatever goes wrong while it is read.
+
+    Raises
+    ------
+    DamagedFileError
+    """
+    try:
+        yield file
+    except (FileNotFoundError, DamagedFileError):
+        raise
+    except Exception as error:
+        raise DamagedFileError(f"{file} is damaged: {error}") from error
+
+
 @lru_cache(maxsize=4)
 def load_template_mesh(folder: Path = DATA) -> TemplateMesh:
     """The shipped template, read once per process.
@@ -144,11 +165,13 @@ def load_template_mesh(folder: Path = DATA) -> TemplateMesh:
     FileNotFoundError
         Where the shipped data are missing; the message names the file.
     ValueError
-        Where strips end elsewhere than the landmarks that they are named after.
+        Where a file is damaged, or strips end elsewhere than the landmarks that they are named
+        after.
     """
-    with np.load(folder / "template_mesh.npz", allow_pickle=False) as arrays:
+    with reading(folder / "template_mesh.npz") as file, np.load(file, allow_pickle=False) as arrays:
         template = template_mesh_from(arrays, folder)
-    strips = load_strips(folder / "strips.npz")
+    with reading(folder / "strips.npz") as file:
+        strips = load_strips(file)
     for way, several in strips.items():
         ends = [template.landmarks[name] for name in way]
         for strip in several:
@@ -163,12 +186,11 @@ def load_template_mesh(folder: Path = DATA) -> TemplateMesh:
 def template_mesh_from(arrays: Mapping[str, NDArray[Any]], folder: Path = DATA) -> TemplateMesh:
     """A template from its saved arrays and the folder's ``landmarks.json``, without strips."""
     faces = arrays["faces"].astype(np.int32)
-    with (folder / "landmarks.json").open(encoding="utf-8") as file:
-        rows = json.load(file)["landmarks"]
-    landmarks = {
-        name: Landmark(face=row["face"], weights=tuple(row["weights"]))
-        for name, row in rows.items()
-    }
+    with reading(folder / "landmarks.json") as file:
+        landmarks = {
+            name: Landmark(face=row["face"], weights=tuple(row["weights"]))
+            for name, row in json.loads(file.read_text(encoding="utf-8"))["landmarks"].items()
+        }
     return TemplateMesh(
         vertices=arrays["vertices"].astype(np.float64),
         faces=faces,

@@ -7,6 +7,7 @@
 #        scripts/require.sh node           Node.js and npm, to build the front end and test it
 #        scripts/require.sh osmesa         OSMesa, with which pyrender draws without a screen
 #        scripts/require.sh chromium       Chromium, for the browser tests
+#        scripts/require.sh nginx          nginx, to try two servers behind it
 #
 # NO_INSTALL=1 never installs a system package, only names it.
 set -euo pipefail
@@ -135,11 +136,21 @@ require_chromium() {
         "or say where a Chromium or Chrome is: CHROMIUM=/path/to/chrome make test"
 }
 
+has_nginx() { PATH="$PATH:/usr/sbin" command -v nginx >/dev/null; }
+
+require_nginx() {
+    has_nginx && return
+    if install_packages nginx-light && has_nginx; then return; fi
+    fail "nginx was not found; two servers are tried behind it." \
+        "Install the package nginx-light (Debian and Ubuntu: apt-get install nginx-light)"
+}
+
 case "${1:-}" in
     python) require_python ;;
     venv) require_venv "${2:?which folder?}" ;;
     node) require_node ;;
     osmesa) require_osmesa ;;
     chromium) require_chromium ;;
-    *) sed -n 's/^# \{0,1\}//; 2,11p' "$0" >&2; exit 2 ;;
+    nginx) require_nginx ;;
+    *) sed -n 's/^# \{0,1\}//; 2,12p' "$0" >&2; exit 2 ;;
 esac

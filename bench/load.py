@@ -1,0 +1,197 @@
+"""Load on the real server from a second process: ``python -m bench load``.
+
+A mix of what shoppers and programs ask for, by some clients at the same time, each of which asks
+again as soon as it is answered. Beside it a plain Flask page on the same server and workers, in the
+same run: what is told of speed is a ratio to that.
+"""
+
+import argparse
+import http.client
+import io
+import itertools
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from multiprocessing import get_context
+
+import numpy as np
+from PIL import Image, ImageDraw
+
+from bench.measuring import busy, cores
+from bench.serving import Answer, Server, ask, ask_on
+
+WOMAN: Mapping[str, object] = {
+    "body": "female",
+    "measurements": {"stature": 168, "bust_girth": 92, "waist_girth": 74, "hip_girth": 100},
+}
+
+MIX = ("page", "avatar", "page", "GLB", "avatar", "page", "picture", "avatar", "GLB", "comparison")
+"""Requests in turn: of ten, three each for a page and a body's numbers, two for its file, one each
+for a picture and a comparison."""
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """What a number of clients met.
+
+    seconds : on the clock, all together
+    latencies : by kind of request, those that were answered 2xx, seconds
+    answers : how many by status; 0 where none came
+    """
+
+    clients: int
+    seconds: float
+    latencies: Mapping[str, Sequence[float]]
+    answers: Mapping[int, int]
+
+    @property
+    def rate(self) -> float:
+        """Requests answered 2xx a second."""
+        return sum(map(len, self.latencies.values())) / self.seconds
+
+    def quantile(self, share: float) -> float:
+        """Of the latencies, seconds."""
+        every = [one for some in self.latencies.values() for one in some]
+        return float(np.quantile(every, share)) if every else float("nan")
+
+
+def outline(port: int) -> bytes:
+    """A body's own outline, as the server draws it; a plain figure where it draws none."""
+    drawn = ask(port, "POST", "/api/v1/avatars/front.png", {**WOMAN, "silhouette": True})
+    if drawn.status == 200:
+        return drawn.body
+    picture = Image.new("L", (300, 600))
+    ImageDraw.Draw(picture).rectangle((100, 30, 200, 570), fill=255)
+    stream = io.BytesIO()
+    picture.save(stream, "PNG")
+    return stream.getvalue()
+
+
+def comparison(png: bytes) -> bytes:
+    """The parts of a comparison's request, between lines of ``--part``."""
+    document = b'{"body": "female", "measurements": {"stature": 168}}'
+    return (
+        b"--part\r\nContent-Disposition: form-data; name=avatar\r\n\r\n" + document + b"\r\n"
+        b'--part\r\nContent-Disposition: form-data; name=front; filename="front.png"\r\n'
+        b"Content-Type: image/png\r\n\r\n" + png + b"\r\n--part--\r\n"
+    )
+
+
+def send(connection: http.client.HTTPConnection, kind: str, parts: bytes) -> Answer:
+    """One request of a kind."""
+    if kind == "plain":
+        return ask_on(connection, "GET", "/")
+    if kind == "page":
+        return ask_on(connection, "GET", "/numbers")
+    if kind == "comparison":
+        multipart = {"Content-Type": "multipart/form-data; boundary=part"}
+        return ask_on(connection, "POST", "/api/v1/comparisons", parts, multipart)
+    path = {"avatar": "", "GLB": ".glb", "picture": "/front.png"}[kind]
+    return ask_on(connection, "POST", "/api/v1/avatars" + path, WOMAN)
+
+
+def drive(port: int, clients: int, requests: int, mix: Sequence[str], parts: bytes) -> Load:
+    """Sends so many requests by so many clients."""
+    turns = itertools.count()
+    latencies: dict[str, list[float]] = {kind: [] for kind in mix}
+    answers: Counter[int] = Counter()
+    lock = threading.Lock()
+
+    def client() -> None:
+        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=120)
+        while (turn := next(turns)) < requests:
+            kind = mix[turn % len(mix)]
+            start = time.perf_counter()
+            try:
+                status = send(connection, kind, parts).status
+            except (OSError, http.client.HTTPException):
+                connection.close()
+                status = 0
+            took = time.perf_counter() - start
+            with lock:
+                answers[status] += 1
+                if status == 200:
+                    latencies[kind].append(took)
+        connection.close()
+
+    threads = [threading.Thread(target=client) for _ in range(clients)]
+    start = time.perf_counter()
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    return Load(clients, time.perf_counter() - start, latencies, answers)
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Drives and prints."""
+    parser = argparse.ArgumentParser(prog="python -m bench load", description=__doc__)
+    parser.add_argument("--requests", type=int, default=500, help="by each number of clients")
+    parser.add_argument("--clients", type=int, nargs="+", default=[1, 8, 32])
+    parser.add_argument(
+        "--memory", type=int, default=5000, help="requests over which it is watched"
+    )
+    parser.add_argument("--workers", type=int, default=2)
+    options = parser.parse_args(arguments)
+    settings = {"WEB_CONCURRENCY": str(options.workers)}
+    print(
+        f"{cores()} cores, {options.workers} workers; {busy():.1f} processes wanted to run in the "
+        "last minute. Hold ratios against ratios.\n"
+    )
+    with (
+        ProcessPoolExecutor(1, get_context("spawn")) as second,
+        Server(settings) as site,
+        Server(settings, "bench.plain:app") as plain,
+    ):
+        parts = comparison(outline(site.port))
+
+        def driven(server: Server, clients: int, requests: int, mix: Sequence[str]) -> Load:
+            return second.submit(drive, server.port, clients, requests, mix, parts).result()
+
+        driven(site, 2, 4 * len(MIX), MIX)  # Warm: the first picture opens the renderer.
+        driven(plain, 2, 40, ["plain"])
+        _print_head()
+        for clients in options.clients:
+            base = driven(plain, clients, options.requests, ["plain"])
+            _print_row("plain page", base, base)
+            _print_row("the mix", driven(site, clients, options.requests, MIX), base)
+        print()
+        _print_kinds(driven(site, 1, options.requests, MIX))
+        if options.memory:
+            _watch(site, lambda count: driven(site, 8, count, MIX), options.memory)
+
+
+def _print_head() -> None:
+    print(
+        f"{'':12}{'clients':>8}{'a second':>10}{'median':>11}{'95 %':>11}"
+        f"{'beside plain':>14}   answers"
+    )
+
+
+def _print_row(words: str, load: Load, base: Load) -> None:
+    answers = ", ".join(f"{status or 'none'}: {n}" for status, n in sorted(load.answers.items()))
+    print(
+        f"{words:12}{load.clients:>8}{load.rate:>10.1f}{load.quantile(0.5) * 1e3:>8.0f} ms"
+        f"{load.quantile(0.95) * 1e3:>8.0f} ms{base.rate / load.rate:>13.1f}×   {answers}"
+    )
+
+
+def _print_kinds(load: Load) -> None:
+    print("One client, by kind of request, medians:")
+    for kind, times in load.latencies.items():
+        if times:
+            print(f"{kind:12}{np.median(times) * 1e3:>8.0f} ms")
+
+
+def _watch(site: Server, run: Callable[[int], Load], requests: int) -> None:
+    """Prints the memory of each worker as requests go by."""
+    print(f"\nMemory of each worker, MB, over {requests} requests:")
+    steps = 5
+    for step in range(steps + 1):
+        held = "  ".join(f"{held / 1e6:.0f}" for held in site.resident())
+        print(f"{requests * step // steps:>8}   {held}")
+        if step < steps:
+            run(requests // steps)

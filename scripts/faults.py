@@ -1,0 +1,314 @@
+"""Breaks a real server in the ways in which servers break, and prints what shoppers see of it.
+
+    python scripts/faults.py [name ...]          all of them, or those named
+
+Two servers behind nginx need the Debian package nginx-light; a full disk needs the right to mount.
+"""
+
+import argparse
+import http.client
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+
+from bench.load import WOMAN, comparison, outline
+from bench.serving import Server, Shopper, ask, free_port
+from model.measurements import BODY_KINDS
+from model.template_mesh import DATA
+
+
+def expect(holds: bool, words: str) -> None:
+    """Stop where something is not as it should be."""
+    if not holds:
+        raise SystemExit(f"NOT AS IT SHOULD BE: {words}")
+
+
+@contextmanager
+def shoppers(port: int, count: int = 4) -> Iterator[Counter[str]]:
+    """Some who ask for pages and bodies all the while; what they were answered."""
+    answers: Counter[str] = Counter()
+    stop = threading.Event()
+
+    def one(number: int) -> None:
+        while not stop.is_set():
+            number += 1
+            try:
+                if number % 2:
+                    status = ask(port, "GET", "/numbers").status
+                else:
+                    status = ask(port, "POST", "/api/v1/avatars", WOMAN).status
+                answers[str(status)] += 1
+            except (OSError, http.client.HTTPException) as error:
+                answers[type(error).__name__] += 1
+
+    threads = [threading.Thread(target=one, args=(number,)) for number in range(count)]
+    for thread in threads:
+        thread.start()
+    try:
+        yield answers
+    finally:
+        stop.set()
+        for thread in threads:
+            thread.join()
+
+
+def until(holds: Callable[[], bool], words: str, seconds: float = 120) -> float:
+    """Wait for something; how long it took."""
+    start = time.monotonic()
+    while not holds():
+        expect(time.monotonic() - start < seconds, f"{words}, after {seconds:.0f} s")
+        time.sleep(0.05)
+    return time.monotonic() - start
+
+
+def killed_worker() -> str:
+    """A process is killed in the middle of its requests."""
+    with Server() as server:
+        before = server.workers()
+        with shoppers(server.port) as answers:
+            until(lambda: answers["200"] >= 8, "no answers")
+            os.kill(before[0], signal.SIGKILL)
+            took = until(
+                lambda: len(set(server.workers()) - {before[0]}) == len(before), "no new process"
+            )
+            reached = answers["200"]
+            until(lambda: answers["200"] >= reached + 8, "no answers afterwards")
+        lost = sum(answers.values()) - answers["200"]
+        expect(lost <= 4, f"{dict(answers)}")
+        return (
+            f"{lost} of {sum(answers.values())} requests, which it was answering, were cut off;"
+            f" a new process was there after {took:.1f} s"
+        )
+
+
+def graceful_restart() -> str:
+    """The server is told to begin anew (HUP) while shoppers come and go, twice."""
+    with Server() as server:
+        with shoppers(server.port) as answers:
+            for _ in range(2):
+                until(lambda: answers["200"] >= 4, "no answers")
+                before = set(server.workers())
+                server.signal(signal.SIGHUP)
+                _replaced(server, before)
+        failed = sum(answers.values()) - answers["200"]
+        expect(failed == 0, f"{dict(answers)}")
+        return f"all processes replaced twice: {answers['200']} requests, {failed} failed"
+
+
+def _replaced(server: Server, before: set[int]) -> None:
+    until(lambda: not before & set(server.workers()), "old processes stay")
+
+
+@contextmanager
+def full_folder() -> Iterator[Path]:
+    """A file system without a byte left."""
+    with tempfile.TemporaryDirectory() as name:
+        mount = ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", name]
+        mounted = subprocess.run(mount, capture_output=True, check=False).returncode == 0
+        try:
+            if mounted:
+                with (Path(name) / "filler").open("wb", buffering=0) as filler:
+                    while True:
+                        filler.write(bytes(4096))
+        except OSError:
+            pass
+        try:
+            yield Path(name)
+        finally:
+            if mounted:
+                subprocess.run(["umount", name], check=False)
+
+
+def full_disk() -> str:
+    """No file can be written: a limit of no bytes, and a full folder for what is temporary."""
+    with full_folder() as folder:
+        settings = {"TMPDIR": str(folder), "WEB_CONCURRENCY": "1"}
+        with Server(settings, command="ulimit -f 0; ") as server:
+            parts = comparison(outline(server.port))
+            kind = {"Content-Type": "multipart/form-data; boundary=part"}
+            statuses = [
+                ask(server.port, "GET", "/numbers").status,
+                ask(server.port, "POST", "/api/v1/avatars.glb", WOMAN).status,
+                ask(server.port, "POST", "/api/v1/avatars/front.png", WOMAN).status,
+                ask(server.port, "POST", "/api/v1/comparisons", parts, kind).status,
+            ]
+    expect(statuses == [200] * 4, f"{statuses}")
+    return "page, file, picture and comparison were answered as ever: nothing is written to disk"
+
+
+HIDDEN = """
+import ctypes.util
+found = ctypes.util.find_library
+ctypes.util.find_library = lambda name: None if name == "OSMesa" else found(name)
+load = ctypes.CDLL.__init__
+def refuse(self, name, *rest, **more):
+    if "OSMesa" in str(name):
+        raise OSError("libOSMesa is hidden")
+    load(self, name, *rest, **more)
+ctypes.CDLL.__init__ = refuse
+"""
+
+
+def no_osmesa() -> str:
+    """The library that draws is not there."""
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "sitecustomize.py").write_text(HIDDEN)
+        with Server({"PYTHONPATH": folder, "WEB_CONCURRENCY": "1"}) as server:
+            shopper = Shopper(server.port)
+            shopper.enter(body="female", stature="168")
+            page = shopper.get("/avatar")
+            picture = ask(server.port, "POST", "/api/v1/avatars/front.png", WOMAN)
+            file = ask(server.port, "POST", "/api/v1/avatars.glb", WOMAN)
+            ready = ask(server.port, "GET", "/readyz")
+    expect((page.status, file.status, ready.status) == (200, 200, 200), "the site does not work")
+    expect(b"cannot draw pictures" in page.body, "the page does not say why")
+    expect(picture.status == 503 and b"OSMesa" in picture.body, f"{picture}")
+    return (
+        "page, numbers and file work; the page says that no pictures are drawn, the API why (503)"
+    )
+
+
+def damaged_files() -> str:
+    """Each file of the estimators is missing, cut off, or has a byte changed."""
+    names = [f"estimators/{kind}.npz" for kind in BODY_KINDS]
+    names += ["shape_basis.npz", "shape_directions.npy", "template_mesh.npz"]
+    tried = 0
+    with tempfile.TemporaryDirectory() as folder:
+        for name in names:
+            for harm in ("missing", "cut off"):
+                data = Path(folder) / "data"
+                shutil.rmtree(data, ignore_errors=True)
+                shutil.copytree(DATA, data)
+                file = data / name
+                if harm == "missing":
+                    file.unlink()
+                else:
+                    os.truncate(file, file.stat().st_size // 2)
+                code, words = Server({"FITTING_ROOM_DATA": str(data)}).refusal()
+                expect(code != 0, f"it starts with {name} {harm}")
+                expect(name in words, f"{name} {harm} is not named: {words[-600:]}")
+                tried += 1
+    return f"{tried} ways: the server refused to start each time and named the file"
+
+
+CLOCK = """
+import os, time
+now = time.time
+time.time = lambda: now() + float(os.environ["CLOCK_AHEAD"])
+"""
+
+
+def clock_jump() -> str:
+    """One server's clock is an hour ahead of the other's, and shoppers go from one to the other."""
+    key = {"SECRET_KEY": "one key for both of them", "WEB_CONCURRENCY": "1"}
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "sitecustomize.py").write_text(CLOCK)
+        ahead = {**key, "PYTHONPATH": folder, "CLOCK_AHEAD": "3600"}
+        with Server(key) as one, Server(ahead) as other:
+            for begun, finished in ((one, other), (other, one)):
+                shopper = Shopper(begun.port)
+                shopper.enter(body="female", stature="168")
+                shopper.port = finished.port
+                status = shopper.get("/avatar").status
+                expect(status == 200, f"{status}")
+    return "what was typed before a jump of an hour, forward or back, is there after it"
+
+
+NGINX = (
+    "daemon off; pid {folder}/pid; error_log {folder}/error.log; events {{}} http {{ "
+    "access_log off; client_body_temp_path {folder}/a; proxy_temp_path {folder}/b; "
+    "fastcgi_temp_path {folder}/c; uwsgi_temp_path {folder}/d; scgi_temp_path {folder}/e; {ours} }}"
+)
+
+
+@contextmanager
+def nginx(ports: list[int]) -> Iterator[int]:
+    """Debian's nginx with the configuration of deploy/, on some port, before these servers."""
+    program = shutil.which("nginx", path=f"{os.environ['PATH']}:/usr/sbin")
+    expect(program is not None, "nginx is missing (Debian: nginx-light)")
+    port = free_port()
+    ours = (ROOT / "deploy" / "nginx.conf").read_text().replace("listen 80;", f"listen {port};")
+    for number, name in enumerate(("web1:8000", "web2:8000")):
+        ours = ours.replace(name, f"127.0.0.1:{ports[number]}")
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder).chmod(0o777)
+        file = Path(folder) / "nginx.conf"
+        file.write_text(NGINX.format(folder=folder, ours=ours))
+        with subprocess.Popen(
+            [str(program), "-c", str(file)], stderr=subprocess.DEVNULL
+        ) as process:
+            try:
+                until(lambda: _listens(port), "nginx does not start", 20)
+                yield port
+            finally:
+                process.terminate()
+
+
+def _listens(port: int) -> bool:
+    try:
+        return ask(port, "GET", "/healthz").status == 200
+    except OSError:
+        return False
+
+
+def two_replicas() -> str:
+    """Two servers behind nginx, request by request in turn; then one is stopped under load."""
+    key = {"SECRET_KEY": "one key for both of them", "TRUSTED_PROXIES": "1", "WEB_CONCURRENCY": "1"}
+    with Server(key) as one, Server(key) as other, nginx([one.port, other.port]) as port:
+        shopper = Shopper(port)
+        for turn in range(3):
+            expect(shopper.enter(body="female", stature=f"16{turn}").status == 303, "the form")
+            shown = shopper.get("/avatar")
+            expect(shown.status == 200 and b"The numbers" in shown.body, "the body")
+        shopper.port = other.port
+        expect(shopper.get("/avatar").status == 200, "a wizard begun before both, on the second")
+        with shoppers(port) as answers:
+            until(lambda: answers["200"] >= 6, "no answers")
+            one.signal(signal.SIGTERM)
+            until(lambda: one.process is not None and one.process.poll() is not None, "it stays")
+            reached = answers["200"]
+            until(lambda: answers["200"] >= reached + 6, "no answers afterwards")
+        failed = sum(answers.values()) - answers["200"]
+        expect(failed == 0, f"{dict(answers)}")
+        return (
+            "three wizards begun on one server were finished on the other; then one was stopped "
+            f"under load: {answers['200']} requests, {failed} failed"
+        )
+
+
+FAULTS = {
+    "a process is killed in mid-request": killed_worker,
+    "the server begins anew under load": graceful_restart,
+    "the disk is full": full_disk,
+    "OSMesa is missing": no_osmesa,
+    "an estimator's file is missing or damaged": damaged_files,
+    "the clock jumps": clock_jump,
+    "two servers behind nginx": two_replicas,
+}
+
+
+def main() -> None:
+    """Breaks, and prints a table."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("names", nargs="*", choices=[f.__name__ for f in FAULTS.values()] + [[]])
+    options = parser.parse_args()
+    print("| fault | what came of it |\n|---|---|")
+    for words, fault in FAULTS.items():
+        if not options.names or fault.__name__ in options.names:
+            print(f"| {words} | {fault()} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
