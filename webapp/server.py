@@ -35,6 +35,8 @@ def settings(variables: Mapping[str, str]) -> dict[str, Any]:
         # The estimators are loaded once, and shared.
         "preload_app": True,
         "control_socket_disable": True,
+        # Where processes show that they live: on a full disk there is no place for it.
+        "worker_tmp_dir": str(MEMORY) if MEMORY.is_dir() else None,
         "timeout": 60,
         # Requests that are under way when the server is told to stop or to begin anew.
         "graceful_timeout": 30,
