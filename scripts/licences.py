@@ -54,10 +54,11 @@ SPDX = {
     "The Unlicense (Unlicense)": "Unlicense",
 }
 
-# Packages whose metadata says too little, or that are in an environment of their own (the
-# population's): read in the packages themselves.
+# Packages whose metadata says too little, that only some Pythons need, or that are in an
+# environment of their own (the population's): read in the packages themselves.
 READ_BY_HAND = {
     "anny": "Apache-2.0",
+    "async-timeout": "Apache-2.0",
     "certifi": "MPL-2.0",
     "charset-normalizer": "MIT",
     "filelock": "MIT",

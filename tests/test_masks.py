@@ -38,8 +38,10 @@ def refused(content):
 @pytest.mark.parametrize("side", ["front", "profile"])
 def test_a_person_is_cut_out_of_the_picture(side):
     mask = read_mask(file_of(figure(side)))
-    # Between fingers there is a hole that a pin could have made.
-    assert np.abs(mask.cover - figure(side)[60:-60, 60:-60] / 255).sum() < 30
+    wide = mask.cover.shape[1]
+    own = figure(side)[60:-60, 60:-60] / 255
+    # Between fingers there is a hole that a pin could have made; a last column may be faint.
+    assert np.abs(mask.cover - own[:, :wide]).sum() + own[:, wide:].sum() < 30
     assert (mask.left, mask.top, mask.scale) == (60, 60, 1)
 
 

@@ -196,7 +196,10 @@ def test_an_answer_is_one_line_with_nothing_of_a_shopper(client, lines):
         *("time", "level", "logger", "message", "request"),
         *("method", "route", "status", "ms", "bytes"),
     }
-    everything = json.dumps(logged)
+    # The clock's digits may be anybody's.
+    everything = json.dumps(
+        [{**line, "time": "", "ms": 0, "bytes": 0, "request": ""} for line in logged]
+    )
     for private in ("168.4", "92.8", "74.1", "127.0.0.1", "a name", "?"):
         assert private not in everything
 
@@ -315,7 +318,7 @@ def test_what_was_typed_outlives_a_jump_of_the_clock(site, hours, kept):
     client = site.test_client()
     client.set_cookie("fitting_room", cookie)
     client.get("/")
-    assert (client.page.find(".//button[@class='quiet-button']") is not None) == kept
+    assert (client.page.find(".//form[@action='/forget']") is not None) == kept
     client.set_cookie("fitting_room", cookie[:-1])
     client.get("/")
-    assert client.page.find(".//button[@class='quiet-button']") is None
+    assert client.page.find(".//form[@action='/forget']") is None
