@@ -26,7 +26,7 @@ export default defineConfig({
   testMatch: "*.spec.js",
   outputDir: path.join(root, "test-results"),
   reporter: "list",
-  workers: 1,
+  workers: 2,
   // Generous, for a machine that draws without a graphics card and does other things besides.
   timeout: 120_000,
   expect: { timeout: 15_000 },
