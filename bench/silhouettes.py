@@ -31,18 +31,9 @@ from model.tape_fit import Likely, fit_to_tape
 from model.template_mesh import Body
 from model.training.population import load_population
 from model.training.survey import SEXES
+from model.training.validation import ENTERED
 
-EIGHT = (
-    "stature",
-    "bust_girth",
-    "waist_girth",
-    "abdomen_girth",
-    "hip_girth",
-    "thigh_girth",
-    "mid_thigh_girth",
-    "inseam_height",
-)
-"""The measurements with which the paper evaluates its models."""
+EIGHT = ENTERED["the eight that the paper evaluates"]
 
 FEW = ("stature", "weight", "bust_girth", "hip_girth")
 
