@@ -101,7 +101,7 @@ test.describe("without scripts", () => {
   test("the form, the pictures and the file are there", async ({ page, browser }) => {
     const pictures = [];
     page.on("response", (response) => {
-      if (response.url().endsWith(".png")) pictures.push(response);
+      if (response.url().endsWith(".webp")) pictures.push(response);
     });
     await enter(page);
     await expect(page).toHaveURL(/\/avatar$/);
@@ -115,7 +115,7 @@ test.describe("without scripts", () => {
     expect(pictures.length).toBeGreaterThanOrEqual(2);
     for (const picture of pictures) {
       expect(picture.status()).toBe(200);
-      expect(picture.headers()["content-type"]).toBe("image/png");
+      expect(picture.headers()["content-type"]).toBe("image/webp");
     }
     const other = await browser.newPage();
     for (const image of await images.all()) {

@@ -110,7 +110,9 @@ test("the wheel scrolls the page until the body is chosen, and zooms then", asyn
   const still = await top();
   await page.mouse.wheel(0, -300);
   expect(difference(await look(page), picture)).toBeGreaterThan(0.02);
-  expect(await top()).toBe(still);
+  // A page that the wheel had scrolled would be at its top; an earlier motion may still settle.
+  expect(still).toBeGreaterThan(80);
+  expect(Math.abs((await top()) - still)).toBeLessThan(40);
 });
 
 test.describe("on a telephone", () => {
