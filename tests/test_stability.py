@@ -66,10 +66,10 @@ def heaviest(count: int, below: float = 60) -> list[int]:
 def test_no_measurement_jumps_between_two_bodies() -> None:
     random = np.random.default_rng(3)
     people = len(load_population().sexes)
-    pairs = [tuple(random.choice(people, 2, replace=False).tolist()) for _ in range(5)]
+    pairs = [tuple(random.choice(people, 2, replace=False).tolist()) for _ in range(3)]
     # The heavy are where tapes have competing places.
-    heavy = heaviest(6)
-    pairs += list(zip(heavy[:3], heavy[3:], strict=True))
+    heavy = heaviest(4)
+    pairs += list(zip(heavy[:2], heavy[2:], strict=True))
     found = jumps(pairs, [TAPES[name] for name in TAKEN]).max(axis=0)
     allowed = [0.2 if MEASUREMENTS[name].unit == "kg" else LARGEST_JUMP for name in TAKEN]
     assert {
