@@ -18,7 +18,7 @@ import {
 } from "./site.js";
 
 const SUBMIT = "main form button.button[type=submit]";
-const DOWNLOAD = "a[download]";
+const DOWNLOAD = 'a[download="avatar.glb"]';
 
 /** The lowest and highest point of a GLB file's body, in metres. */
 function upright(glb) {
