@@ -31,6 +31,9 @@ export default defineConfig({
   timeout: 120_000,
   expect: { timeout: 15_000 },
   forbidOnly: Boolean(process.env.CI),
+  // Two browsers that draw without a graphics card may starve one another: such a test is said to
+  // be flaky.
+  retries: process.env.CI ? 1 : 0,
   use: {
     baseURL,
     browserName: "chromium",

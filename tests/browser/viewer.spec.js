@@ -161,6 +161,7 @@ test("who wants little motion sees the view at once", async ({ page }) => {
   await page.emulateMedia({ reducedMotion: "reduce" });
   const drawCalls = await countDrawing(page);
   await openAvatar(page);
+  await page.waitForTimeout(1500); // what comes after the body is drawn by then
   const before = await drawCalls();
   await view(page, "back").click();
   await page.waitForTimeout(500);
