@@ -396,7 +396,8 @@ def load_estimator(path: Path, folder: Path = DATA) -> Estimator:
         or on other measurements than are taken now; the message names it.
     """
     try:
-        with np.load(path, allow_pickle=False) as saved:
+        # NumPy would leave a file open that turns out to be no archive.
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as saved:
             arrays = {key: saved[key] for key in saved.files}
         names = tuple(str(name) for name in arrays["names"])
         linear = LinearBodyEstimator(fit_intercept=bool(arrays["fit_intercept"]))

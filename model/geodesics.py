@@ -70,7 +70,7 @@ def load_strips(path: Path) -> Strips:
     FileNotFoundError
         Where the file is missing; the message names it.
     """
-    with np.load(path, allow_pickle=False) as arrays:
+    with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
         cuts = np.cumsum(arrays["edges"])[:-1]
         every = [
             Strip(left, right, ends, weights)

@@ -111,7 +111,7 @@ def load_rig(folder: Path = DATA) -> Rig:
     FileNotFoundError
         Where the file is missing; the message names it.
     """
-    with np.load(folder / RIG_FILE, allow_pickle=False) as arrays:
+    with (folder / RIG_FILE).open("rb") as file, np.load(file, allow_pickle=False) as arrays:
         return Rig(
             names=tuple(str(name) for name in arrays["names"]),
             parents=arrays["parents"].astype(np.int64),

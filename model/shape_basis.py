@@ -135,7 +135,8 @@ def load_shape_basis(folder: Path = DATA) -> ShapeBasis:
     """
     with reading(folder / "shape_directions.npy") as file:
         stored = np.load(file, mmap_mode="r", allow_pickle=False)
-    with reading(folder / "shape_basis.npz") as file, np.load(file, allow_pickle=False) as arrays:
+    path = folder / "shape_basis.npz"
+    with reading(path), path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
         return ShapeBasis(
             mean=arrays["mean"].astype(np.float64),
             directions=np.multiply(stored.T, arrays["scales"].astype(np.float32), order="C").T,

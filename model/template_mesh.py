@@ -168,7 +168,8 @@ def load_template_mesh(folder: Path = DATA) -> TemplateMesh:
         Where a file is damaged, or strips end elsewhere than the landmarks that they are named
         after.
     """
-    with reading(folder / "template_mesh.npz") as file, np.load(file, allow_pickle=False) as arrays:
+    path = folder / "template_mesh.npz"
+    with reading(path), path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
         template = template_mesh_from(arrays, folder)
     with reading(folder / "strips.npz") as file:
         strips = load_strips(file)

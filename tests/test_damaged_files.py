@@ -30,9 +30,6 @@ def test_a_missing_file_is_named(data, name):
         load_estimators(data)
 
 
-# NumPy leaves a file open that turns out to be no archive; the site does not start then.
-@pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.parametrize("name", FILES)
 def test_a_file_that_was_cut_off_is_named(data, name):
     file = data / name
