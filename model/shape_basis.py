@@ -133,8 +133,8 @@ def load_shape_basis(folder: Path = DATA) -> ShapeBasis:
     FileNotFoundError, DamagedFileError
         Where a file is missing or damaged; the message names it.
     """
-    with reading(folder / "shape_directions.npy") as file:
-        stored = np.load(file, mmap_mode="r", allow_pickle=False)
+    with reading(folder / "shape_directions.npy") as path:
+        stored = np.load(path, mmap_mode="r", allow_pickle=False)
     path = folder / "shape_basis.npz"
     with reading(path), path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
         return ShapeBasis(

@@ -171,8 +171,8 @@ def load_template_mesh(folder: Path = DATA) -> TemplateMesh:
     path = folder / "template_mesh.npz"
     with reading(path), path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
         template = template_mesh_from(arrays, folder)
-    with reading(folder / "strips.npz") as file:
-        strips = load_strips(file)
+    with reading(folder / "strips.npz") as path:
+        strips = load_strips(path)
     for way, several in strips.items():
         ends = [template.landmarks[name] for name in way]
         for strip in several:
