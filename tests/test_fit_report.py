@@ -16,7 +16,7 @@ from model.training.fit_report import (
 )
 from model.training.law_report import MIX_UPS, coverage_of, false_alarms, recognised
 from model.training.survey import FROM_SURVEY, SEXES
-from model.training.validation import people_like_the_survey
+from model.training.validation import most_telling, people_like_the_survey
 
 
 @pytest.fixture(scope="module")
@@ -86,3 +86,16 @@ def test_fits_and_doubts_of_a_few_people() -> None:
     shares = recognised(estimator, people)
     assert set(shares) == set(MIX_UPS)
     assert shares["pounds read as kilograms"] == (1, 1)
+
+
+def test_the_most_telling_measurements_are_found() -> None:
+    random = np.random.default_rng(5)
+    names = ["waist_girth", "stature", "hip_girth", "arm_length", "weight"]
+    values = random.normal(size=(300, 5))
+    # The hips are the waist again; the arms tell most, then the waist.
+    values[:, 2] = values[:, 0]
+    surface = values @ np.array([[2.0, 0, 0], [0.5, 0.5, 0], [0, 0, 0], [0, 0, 5], [0, 0.1, 0]])
+    found = most_telling(values, surface, names, 4)
+    assert found[:2] == ["stature", "arm_length"]
+    assert found[2] in {"waist_girth", "hip_girth"}
+    assert found[3] == "weight"

@@ -139,3 +139,32 @@ def errors_on_people(
     _, taken = estimate(estimator, values, known)
     misses = {name: taken[:, TAKEN.index(name)] - values[name] for name in values}
     return Errors(misses=misses, vertices=np.empty(0))
+
+
+def most_telling(values: Floats, surface: Floats, names: Sequence[str], count: int) -> list[str]:
+    """The measurements that tell most of where the surface lies, stature first.
+
+    One after another, always the one with which a linear law leaves the least squared distance.
+
+    Parameters
+    ----------
+    values : ndarray of shape (n, M), what bodies measure.
+    surface : ndarray of shape (n, P), coordinates of their points.
+    names : of the M measurements.
+    count : how many are wanted.
+    """
+    left = values - values.mean(axis=0)
+    unknown = surface - surface.mean(axis=0)
+    spreads = left.std(axis=0)
+    chosen: list[int] = []
+    while len(chosen) < count:
+        # What is left of those already chosen, and of those that follow from them, is rounding.
+        sizes = np.linalg.norm(left, axis=0)
+        told = np.linalg.norm(left.T @ unknown, axis=1) / np.maximum(sizes, 1e-300)
+        told[sizes < 1e-6 * spreads] = 0
+        best = int(told.argmax()) if chosen else list(names).index("stature")
+        chosen.append(best)
+        direction = left[:, best] / sizes[best]
+        left = left - np.outer(direction, direction @ left)
+        unknown = unknown - np.outer(direction, direction @ unknown)
+    return [names[i] for i in chosen]
