@@ -90,8 +90,8 @@ TAPES: Mapping[str, Tape] = {
     "elbow_girth": _limb(ARM, ELBOW, WRIST, (-0.04, 0.04), "widest", planes=3),
     # About the navel, where the belly is fullest; further down it would read the hips.
     "abdomen_girth": Girth(HIPS, ("omphalion",), ("underbust",), (-0.1, 0.2), "widest", planes=7),
-    # Breasts may hang below the fold, where the tape passes behind them; on the template a nipple
-    # is 5.4 cm from the fold.
+    # Breasts may hang below the fold, where the tape passes behind them. On the template a nipple
+    # is 5.4 cm from the fold, and on the heaviest bodies skin hangs that there lies 1.6 cm lower.
     "underbust_girth": Girth(
         TRUNK,
         ("underbust",),
@@ -99,7 +99,7 @@ TAPES: Mapping[str, Tape] = {
         (0.0, 0.2),
         "narrowest",
         planes=4,
-        past=tuple((nipple, 0.05) for nipple in THELIA),
+        past=tuple((nipple, 0.07) for nipple in THELIA),
     ),
     "mid_thigh_girth": _limb(THIGH, HIP, KNEE, (0.35, 0.6), "narrowest", planes=7),
     "shoulder_length": Geodesic(("acromion_left", "suprasternale", "acromion_right")),
