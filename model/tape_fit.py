@@ -41,7 +41,9 @@ FIRST_DAMPING = 1e-5
 values that follow from one another can stand together; and after a step that led nowhere."""
 
 LEAST_GAIN = 0.03
-"""At the edge of what people look like, a round that lowers the misses by less is the last."""
+"""At the edge of what people look like, a round that lowers the misses by less is the last; so is
+anywhere the second of two in turn: there values contradict each other a little, as those of tapes
+do that were read to the half centimetre."""
 
 MOST_FAILURES = 3
 """At that edge, after so many steps in turn that lead nowhere there is nowhere to go."""
@@ -143,6 +145,7 @@ class _Search:
     reach : how long a step may be.
     damping : added to the eigenvalues of the next step's equations.
     failures : how many steps in turn have led nowhere.
+    idle : how many steps in turn have led hardly anywhere.
     gains : whether going on is of use.
     """
 
@@ -174,6 +177,7 @@ class _Search:
         self.reach = np.inf
         self.damping = SOFTNESS
         self.failures = 0
+        self.idle = 0
         self.gains = True
 
     @property
@@ -211,7 +215,8 @@ class _Search:
             self.reach = 2 * length
             self.damping = max(self.damping / 100, SOFTNESS)
             self.failures = 0
-            self.gains = not at_the_edge or now < (1 - LEAST_GAIN) * before
+            self.idle = 0 if now < (1 - LEAST_GAIN) * before else self.idle + 1
+            self.gains = self.idle < (1 if at_the_edge else 2)
         else:
             self.reach = length / 2
             self.damping = max(10 * self.damping, FIRST_DAMPING)
