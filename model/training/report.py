@@ -14,6 +14,7 @@ from model.training.people_report import people_sections
 from model.training.population import Population, load_population
 from model.training.population_report import table, write_population_report
 from model.training.smoothness import smoothness_section
+from model.training.steadiness import steadiness_section
 from model.training.survey import FROM_SURVEY, INDEX_BANDS, SEXES
 from model.training.train import measure_population
 from model.training.validation import (
@@ -60,6 +61,7 @@ def _validation(population: Population, measured: Floats, survey_rows: Path | No
     else:
         pieces += ["## The linear estimate on real people", _real(survey_rows, population.seed)]
     pieces += ["## Smoothness", smoothness_section(population, DOCS)]
+    pieces += ["## Steadiness", steadiness_section()]
     return "\n\n".join(pieces)
 
 
