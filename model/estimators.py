@@ -30,7 +30,62 @@ RANGE_SHARE = 0.8
 """How often the truth lies within a printed range."""
 
 
-class LinearBodyEstimator(MultiOutputMixin, RegressorMixin, BaseEstimator):
+class _BodyEstimator(MultiOutputMixin, RegressorMixin, BaseEstimator):
+    """What both laws take: measurements, of which some may be missing, and whole coordinates."""
+
+    n_features_in_: int
+    single_output_: bool
+
+    def __sklearn_tags__(self) -> Tags:
+        tags = super().__sklearn_tags__()
+        tags.input_tags.allow_nan = True
+        tags.target_tags.multi_output = True
+        return tags
+
+    def _bodies(self, X: Any, y: Any, least: int) -> tuple[Floats, Floats]:
+        """What is learned from, checked: (n, m) and (n, K), of so many bodies at least."""
+        X, y = validate_data(
+            self,
+            X,
+            y,
+            multi_output=True,
+            y_numeric=True,
+            dtype=np.float64,
+            ensure_all_finite="allow-nan",
+            ensure_min_samples=least,
+        )
+        assert_all_finite(y, input_name="y")
+        self.single_output_ = y.ndim == 1
+        return X, y.reshape(len(y), -1).astype(np.float64)
+
+    def _measurements(self, X: Any) -> Floats:
+        """What is estimated from, checked: (n, m)."""
+        check_is_fitted(self)
+        checked: Floats = validate_data(
+            self, X, reset=False, dtype=np.float64, ensure_all_finite="allow-nan"
+        )
+        return checked
+
+    def predict(self, X: Any) -> Floats:
+        """Estimates coordinates.
+
+        Parameters
+        ----------
+        X : array-like of shape (n, m); NaN where a measurement is not known.
+
+        Returns
+        -------
+        ndarray of shape (n, K) or (n,).
+        """
+        predicted = self._coordinates(self._measurements(X))
+        return predicted[:, 0] if self.single_output_ else predicted
+
+    def _coordinates(self, X: Floats) -> Floats:
+        """The law itself: (n, m) to (n, K)."""
+        raise NotImplementedError
+
+
+class LinearBodyEstimator(_BodyEstimator):
     """Least squares from measurements to a body, for whichever measurements are known.
 
     What is learned are sums of products over the population. The law of any subset of
@@ -59,12 +114,6 @@ class LinearBodyEstimator(MultiOutputMixin, RegressorMixin, BaseEstimator):
     def __init__(self, *, fit_intercept: bool = True) -> None:
         self.fit_intercept = fit_intercept
 
-    def __sklearn_tags__(self) -> Tags:
-        tags = super().__sklearn_tags__()
-        tags.input_tags.allow_nan = True
-        tags.target_tags.multi_output = True
-        return tags
-
     def fit(self, X: Any, y: Any) -> "LinearBodyEstimator":
         """Learns from bodies.
 
@@ -74,18 +123,7 @@ class LinearBodyEstimator(MultiOutputMixin, RegressorMixin, BaseEstimator):
             product that it would be in.
         y : array-like of shape (n, K) or (n,), coordinates.
         """
-        X, y = validate_data(
-            self,
-            X,
-            y,
-            multi_output=True,
-            y_numeric=True,
-            dtype=np.float64,
-            ensure_all_finite="allow-nan",
-        )
-        assert_all_finite(y, input_name="y")
-        self.single_output_ = y.ndim == 1
-        y = y.reshape(len(y), -1).astype(np.float64)
+        X, y = self._bodies(X, y, least=1)
         values = np.column_stack([np.ones(len(X)), X])
         there = ~np.isnan(values)
         values = np.where(there, values, 0)
@@ -95,19 +133,7 @@ class LinearBodyEstimator(MultiOutputMixin, RegressorMixin, BaseEstimator):
         self.cross_moments_ = y.T @ values / np.maximum(there.sum(axis=0), 1)
         return self
 
-    def predict(self, X: Any) -> Floats:
-        """Estimates coordinates.
-
-        Parameters
-        ----------
-        X : array-like of shape (n, m); NaN where a measurement is not known.
-
-        Returns
-        -------
-        ndarray of shape (n, K) or (n,).
-        """
-        check_is_fitted(self)
-        X = validate_data(self, X, reset=False, dtype=np.float64, ensure_all_finite="allow-nan")
+    def _coordinates(self, X: Floats) -> Floats:
         predicted = np.empty((len(X), len(self.cross_moments_)))
         missing = np.isnan(X)
         for pattern in np.unique(missing, axis=0):
@@ -116,7 +142,7 @@ class LinearBodyEstimator(MultiOutputMixin, RegressorMixin, BaseEstimator):
             if not self.fit_intercept:
                 known = known[:, 1:]
             predicted[rows] = known @ self.law(~pattern).T
-        return predicted[:, 0] if self.single_output_ else predicted
+        return predicted
 
     def law(self, known: Any) -> Floats:
         """The matrix A of the known measurements (equation 8).
@@ -145,7 +171,7 @@ class LinearBodyEstimator(MultiOutputMixin, RegressorMixin, BaseEstimator):
         return law
 
 
-class PCABodyEstimator(MultiOutputMixin, RegressorMixin, BaseEstimator):
+class PCABodyEstimator(_BodyEstimator):
     """Least squares from measurements to the weights of a body's principal components.
 
     The differences of the bodies from their mean, D = Sᵢ - S̄ (1), are turned into weights W
@@ -187,12 +213,6 @@ class PCABodyEstimator(MultiOutputMixin, RegressorMixin, BaseEstimator):
         self.n_components = n_components
         self.fit_intercept = fit_intercept
 
-    def __sklearn_tags__(self) -> Tags:
-        tags = super().__sklearn_tags__()
-        tags.input_tags.allow_nan = True
-        tags.target_tags.multi_output = True
-        return tags
-
     def fit(self, X: Any, y: Any) -> "PCABodyEstimator":
         """Learns from bodies.
 
@@ -201,19 +221,7 @@ class PCABodyEstimator(MultiOutputMixin, RegressorMixin, BaseEstimator):
         X : array-like of shape (n, m), measurements; NaN as in `LinearBodyEstimator.fit`.
         y : array-like of shape (n, K) or (n,), coordinates, two bodies at least.
         """
-        X, y = validate_data(
-            self,
-            X,
-            y,
-            multi_output=True,
-            y_numeric=True,
-            dtype=np.float64,
-            ensure_all_finite="allow-nan",
-            ensure_min_samples=2,
-        )
-        assert_all_finite(y, input_name="y")
-        self.single_output_ = y.ndim == 1
-        y = y.reshape(len(y), -1).astype(np.float64)
+        X, y = self._bodies(X, y, least=2)
         pca = PCA(self.n_components, svd_solver="full").fit(y)
         # As many directions as there are bodies or coordinates come out, some without variance.
         kept = pca.explained_variance_ > 1e-12 * pca.explained_variance_[0]
@@ -226,23 +234,12 @@ class PCABodyEstimator(MultiOutputMixin, RegressorMixin, BaseEstimator):
 
     def weights(self, X: Any) -> Floats:
         """The divided weights, B P: (n, k); X as in `predict`."""
-        check_is_fitted(self)
-        X = validate_data(self, X, reset=False, dtype=np.float64, ensure_all_finite="allow-nan")
-        return self.weights_law_.predict(X)
+        return self.weights_law_.predict(self._measurements(X))
 
-    def predict(self, X: Any) -> Floats:
-        """Estimates coordinates.
-
-        Parameters
-        ----------
-        X : array-like of shape (n, m); NaN where a measurement is not known.
-
-        Returns
-        -------
-        ndarray of shape (n, K) or (n,).
-        """
-        predicted = self.weights(X) * self.eigenvalues_ @ self.components_ + self.mean_
-        return predicted[:, 0] if self.single_output_ else predicted
+    def _coordinates(self, X: Floats) -> Floats:
+        weights = self.weights_law_.predict(X)
+        coordinates: Floats = weights * self.eigenvalues_ @ self.components_ + self.mean_
+        return coordinates
 
 
 @dataclass(frozen=True, eq=False)
