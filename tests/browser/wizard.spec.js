@@ -1,18 +1,8 @@
 /** The whole way through the wizard: languages, units, with and without scripts, by keyboard. */
 
 import { axe, expect, tabTo, test } from "./site.js";
+import { METRIC, NEXT, begin, walk } from "./wizard.js";
 
-const METRIC = {
-  stature: "168",
-  weight: "62,5",
-  bust_girth: "92",
-  waist_girth: "74",
-  abdomen_girth: "82",
-  hip_girth: "99",
-  thigh_girth: "58",
-  mid_thigh_girth: "47",
-  inseam_height: "78",
-};
 const IMPERIAL = {
   stature: "5 ft 6",
   weight: "138",
@@ -29,35 +19,15 @@ const WORDS = {
   "pt-PT": { start: "Tire as suas medidas", review: "O que indicou", height: "Altura" },
 };
 
-const NEXT = "main .finish button.button";
 const title = (page) => page.locator("h1");
 
 /** The measurement that the page asks for, from its address. */
 const asked = (page) => new URL(page.url()).pathname.split("/").pop();
 
-async function begin(page, units = "metric") {
-  await page.goto("/");
-  await page.locator("#body-female").check();
-  await page.locator(`#units-${units}`).check();
-  await page.locator(NEXT).click();
-}
-
 /** Nothing sticks out sideways: one scrolls a page downwards only. */
 async function expectNarrow(page) {
   const overflow = () => document.documentElement.scrollWidth - window.innerWidth;
   expect(await page.evaluate(overflow)).toBeLessThanOrEqual(0);
-}
-
-/** Go through all steps with the pointer; `look` sees each page before it is left. */
-async function walk(page, values, look = async () => {}) {
-  for (const [name, value] of Object.entries(values)) {
-    await expect(page).toHaveURL(new RegExp(`/measure/${name}$`));
-    await look();
-    if (name === "inseam_height") await page.locator("#to-floor").check();
-    await page.locator(`#${name}`).fill(value);
-    await page.locator(NEXT).click();
-  }
-  await expect(page).toHaveURL(/\/review$/);
 }
 
 for (const [locale, units, values, javaScriptEnabled, width] of [
