@@ -22,6 +22,17 @@ SETTINGS = {
     "RATELIMIT_ENABLED": False,
 }
 
+WOMAN = {
+    "body": "female",
+    "units": "metric",
+    "stature": "168",
+    "bust_girth": "92",
+    "waist_girth": "74",
+    "hip_girth": "100",
+    "thigh_girth": "58",
+}
+"""Somebody, as they fill in the form."""
+
 
 def check_page(html):
     """Refuse a page that is no valid HTML or that some people could not use; return its tree."""
@@ -99,6 +110,13 @@ def site(make_site):
 @pytest.fixture
 def client(site):
     return site.test_client()
+
+
+@pytest.fixture
+def shopper(client):
+    """A client whose form is filled in."""
+    client.send(**WOMAN)
+    return client
 
 
 @pytest.fixture(scope="session")

@@ -4,30 +4,13 @@ import io
 
 import pytest
 import trimesh
-from conftest import text
+from conftest import WOMAN, text
 from PIL import Image
 
 from model.anthropometry import ImpossibleBodyError
 from model.measurements import MEASUREMENTS
 from model.rendering import RenderingUnavailable
 from webapp import avatars
-
-WOMAN = {
-    "body": "female",
-    "units": "metric",
-    "stature": "168",
-    "bust_girth": "92",
-    "waist_girth": "74",
-    "hip_girth": "100",
-    "thigh_girth": "58",
-}
-
-
-@pytest.fixture
-def shopper(client):
-    """A client whose form is filled in."""
-    client.send(**WOMAN)
-    return client
 
 
 def table(page):
