@@ -8,6 +8,7 @@
 #        scripts/require.sh osmesa         OSMesa, with which pyrender draws without a screen
 #        scripts/require.sh chromium       Chromium, for the browser tests
 #        scripts/require.sh nginx          nginx, to try two servers behind it
+#        scripts/require.sh redis          Redis, to try limits that servers share
 #
 # NO_INSTALL=1 never installs a system package, only names it.
 set -euo pipefail
@@ -145,6 +146,15 @@ require_nginx() {
         "Install the package nginx-light (Debian and Ubuntu: apt-get install nginx-light)"
 }
 
+has_redis() { command -v redis-server >/dev/null; }
+
+require_redis() {
+    has_redis && return
+    if install_packages redis-server && has_redis; then return; fi
+    fail "redis-server was not found; limits that servers share are tried on it." \
+        "Install the package redis-server (Debian and Ubuntu: apt-get install redis-server)"
+}
+
 case "${1:-}" in
     python) require_python ;;
     venv) require_venv "${2:?which folder?}" ;;
@@ -152,5 +162,6 @@ case "${1:-}" in
     osmesa) require_osmesa ;;
     chromium) require_chromium ;;
     nginx) require_nginx ;;
-    *) sed -n 's/^# \{0,1\}//; 2,12p' "$0" >&2; exit 2 ;;
+    redis) require_redis ;;
+    *) sed -n 's/^# \{0,1\}//; 2,13p' "$0" >&2; exit 2 ;;
 esac

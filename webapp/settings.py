@@ -105,6 +105,9 @@ KNOWN_KEYS = frozenset(
 LEAST_KEY = 16
 """Letters of a secret key."""
 
+PATIENT: Mapping[str, float] = {"socket_connect_timeout": 0.5, "socket_timeout": 0.5}
+"""Seconds that a request waits for Redis at most: without them, as long as one that hangs."""
+
 _ORIGIN = re.compile(r"https?://[a-z0-9.-]+(:\d{1,5})?", re.IGNORECASE)
 
 
@@ -127,6 +130,7 @@ def environment(variables: Mapping[str, str]) -> dict[str, Any]:
         return int(value)
 
     local = said("FITTING_ROOM_LOCAL") == "1"
+    storage = said("RATELIMIT_STORAGE_URI")
     origins = tuple(said("EMBED_ORIGINS").split())
     for origin in origins:
         if not _ORIGIN.fullmatch(origin):
@@ -151,9 +155,13 @@ def environment(variables: Mapping[str, str]) -> dict[str, Any]:
         "MAX_CONTENT_LENGTH": 64 * 1024,
         "TRUSTED_PROXIES": number("TRUSTED_PROXIES"),
         "RATELIMIT_ENABLED": variables.get("RATELIMIT_ENABLED", "1") not in ("0", "false", ""),
-        "RATELIMIT_STORAGE_URI": said("RATELIMIT_STORAGE_URI"),
+        "RATELIMIT_STORAGE_URI": storage,
         "RATELIMIT_DEFAULT": said("RATELIMIT_DEFAULT"),
+        "RATELIMIT_STORAGE_OPTIONS": PATIENT if storage.startswith("redis") else {},
+        # Where that store fails each process counts for itself; a request that fails with it while
+        # another one finds that out goes through uncounted. Nobody is turned away for that.
         "RATELIMIT_IN_MEMORY_FALLBACK_ENABLED": True,
+        "RATELIMIT_SWALLOW_ERRORS": True,
         "EMBED_ORIGINS": origins,
         "METRICS_BIND": said("METRICS_BIND"),
         "WORK_AT_ONCE": number("WORK_AT_ONCE"),
