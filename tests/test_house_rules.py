@@ -1,5 +1,6 @@
 """The rules of the house are held by linters, and each of these guards is shown to fire."""
 
+import json
 import re
 import shutil
 import subprocess
@@ -11,6 +12,7 @@ from pathlib import Path
 import pytest
 
 import licences
+from webapp import openapi
 
 ROOT = Path(__file__).resolve().parent.parent
 BIN = Path(sys.executable).parent
@@ -71,6 +73,31 @@ def test_each_guarded_package_has_one_door(name, text):
 # ---------------------------------------------------------------- imports: import-linter
 
 
+BROKEN = {
+    "The site stands on the model": [
+        ("model/estimators.py", "webapp"),
+        ("webapp/api.py", "bench"),
+    ],
+    "Inside the model": [
+        ("model/geometry.py", "model.measurements"),
+        ("model/measurements.py", "model.template_mesh"),
+        ("model/template_mesh.py", "model.anthropometry"),
+        ("model/anthropometry.py", "model.gltf"),
+        ("model/gltf.py", "model.rendering"),
+        ("model/estimators.py", "model.training"),
+    ],
+    "The model knows no web": [
+        ("model/estimators.py", "flask"),
+        ("model/training/validation.py", "jinja2"),
+    ],
+    "A running site does not learn": [
+        ("webapp/api.py", "model.training"),
+        ("model/geometry.py", "torch"),
+    ],
+}
+"""By the beginning of a contract's name: files, and what they may not import."""
+
+
 @pytest.fixture
 def project(tmp_path):
     """A copy of the project's Python files and of its rules."""
@@ -99,40 +126,36 @@ def test_the_imports_are_those_of_the_house(project):
     assert answer.returncode == 0, answer.stdout
 
 
-@pytest.mark.parametrize(
-    ("name", "line", "contract"),
-    [
-        ("model/estimators.py", "import webapp", "The site stands on the model"),
-        ("webapp/api.py", "import bench", "The site stands on the model"),
-        ("model/geometry.py", "import model.measurements", "Inside the model"),
-        ("model/measurements.py", "import model.template_mesh", "Inside the model"),
-        ("model/template_mesh.py", "import model.anthropometry", "Inside the model"),
-        ("model/anthropometry.py", "import model.gltf", "Inside the model"),
-        ("model/gltf.py", "import model.rendering", "Inside the model"),
-        ("model/estimators.py", "import model.training", "Inside the model"),
-        ("model/utils.py", "import math", "Inside the model"),
-        ("model/estimators.py", "import flask", "The model knows no web"),
-        ("model/training/validation.py", "import jinja2", "The model knows no web"),
-        ("webapp/api.py", "import model.training", "A running site does not learn"),
-        ("model/geometry.py", "import torch", "A running site does not learn"),
-    ],
-)
-def test_import_linter_refuses(project, name, line, contract):
-    file = project / name
-    text = file.read_text() if file.exists() else ""
-    file.write_text(f"{text}\n{line}\n")
+def test_import_linter_refuses_every_import_that_no_contract_allows(project):
+    for name, imported in [broken for rows in BROKEN.values() for broken in rows]:
+        with (project / name).open("a") as file:
+            file.write(f"\nimport {imported}\n")
     answer = lint_imports(project)
     assert answer.returncode == 1
-    assert re.search(rf"{contract}.* BROKEN", answer.stdout), answer.stdout
+    for contract, rows in BROKEN.items():
+        assert re.search(rf"^{contract}.* BROKEN$", answer.stdout, re.MULTILINE), answer.stdout
+        told = re.search(
+            rf"^{contract}[^\n]*\n-+\n(.*?)(?=^[^\n]+\n---|\Z)", answer.stdout, re.M | re.S
+        )
+        for name, imported in rows:
+            module = name.removesuffix(".py").replace("/", ".")
+            assert f" {module} -> {imported} (l." in told[1], (contract, name, imported)
+
+
+def test_import_linter_refuses_a_file_without_a_place(project):
+    (project / "model" / "utils.py").write_text("import math\n")
+    answer = lint_imports(project)
+    assert answer.returncode == 1
+    assert re.search(r"Inside the model.* BROKEN", answer.stdout), answer.stdout
+    assert "utils" in answer.stdout
 
 
 # ---------------------------------------------------------------- types, warnings
 
 
-@pytest.mark.parametrize("line", ["def untyped(x):\n    return x\n", 'x: int = "one"\n'])
-def test_mypy_refuses(tmp_path, line):
+def test_mypy_refuses(tmp_path):
     file = tmp_path / "room.py"
-    file.write_text(line)
+    file.write_text('def untyped(x):\n    return x\n\n\nx: int = "one"\n')
     answer = subprocess.run(
         [BIN / "mypy", "--config-file", ROOT / "pyproject.toml", "--no-incremental", file],
         cwd=tmp_path,
@@ -142,6 +165,7 @@ def test_mypy_refuses(tmp_path, line):
     )
     assert answer.returncode == 1
     assert "room.py:1: error" in answer.stdout
+    assert "room.py:5: error" in answer.stdout
 
 
 def test_a_warning_is_an_error():
@@ -278,6 +302,20 @@ def test_npm_packages_are_pinned():
 
 
 # ---------------------------------------------------------------- words and commands
+
+
+def test_every_place_names_the_same_version():
+    node, lock = (json.loads((ROOT / f"package{end}.json").read_text()) for end in ("", "-lock"))
+    newest = re.search(
+        r"^## \[(.*?)\] - \d{4}-\d\d-\d\d$", (ROOT / "CHANGELOG.md").read_text(), re.M
+    )
+    assert {
+        PYPROJECT["project"]["version"],
+        node["version"],
+        lock["version"],
+        lock["packages"][""]["version"],
+        openapi.VERSION,
+    } == {newest[1]}
 
 
 @pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md"])
