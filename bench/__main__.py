@@ -2,6 +2,7 @@
 
 ``python -m bench silhouettes`` prints how well outlines tell bodies apart, and how they help.
 ``python -m bench load`` drives the real server instead, see `load`.
+``python -m bench stages`` tells where the time of a request goes, see `stages`.
 """
 
 import argparse
@@ -11,7 +12,7 @@ import sys
 import numpy as np
 import trimesh
 
-from bench import load, silhouettes
+from bench import load, silhouettes, stages
 from bench.measuring import (
     ALL,
     GIRTHS,
@@ -31,11 +32,9 @@ from model.anthropometry import TAKEN
 def main(arguments: list[str] | None = None) -> None:
     """Times and prints."""
     arguments = sys.argv[1:] if arguments is None else arguments
-    if arguments[:1] == ["silhouettes"]:
-        silhouettes.main(arguments[1:])
-        return
-    if arguments[:1] == ["load"]:
-        load.main(arguments[1:])
+    others = {"silhouettes": silhouettes.main, "load": load.main, "stages": stages.main}
+    if arguments and arguments[0] in others:
+        others[arguments[0]](arguments[1:])
         return
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
     parser.add_argument("--rounds", type=int, default=25, help="of the timings of one body")
