@@ -61,23 +61,39 @@ run: $(SITE) $(FRONT_END) instance/secret_key
 		SECRET_KEY="$${SECRET_KEY:-$$(cat instance/secret_key)}" \
 		sh -c "$$(sed -n 's/^web: /exec /p' Procfile)"
 
-test: lint $(FRONT_END)
+# What waits for the network and what keeps one core busy goes side by side.
+SIDE_BY_SIDE = $(MAKE) --no-print-directory --jobs 2
+
+# What the machine must provide comes first, one after the other: packages are installed alone.
+test: $(VENV)/bin/python
+	@scripts/require.sh node
 	@scripts/require.sh osmesa
 	@scripts/require.sh chromium
+	@$(SIDE_BY_SIDE) $(DEV) $(FRONT_END)
+	@$(SIDE_BY_SIDE) types others
 	@echo "Testing the model and the site"
 	@$(BIN)/python -m pytest -q -n auto --dist loadfile
-	@echo "Testing the front end"
-	@npm run --silent test:unit
 	@echo "Testing in the browser"
 	@PATH="$(CURDIR)/$(BIN):$$PATH" npm run --silent test:browser
 
 lint: $(DEV) $(NODE_MODULES)
-	@echo "Checking style, types and imports"
+	@$(SIDE_BY_SIDE) types rules
+
+.PHONY: types rules others
+types:
+	@echo "Checking types"
+	@$(BIN)/mypy
+
+rules:
+	@echo "Checking style and imports"
 	@$(BIN)/ruff check --quiet
 	@$(BIN)/ruff format --quiet --check || { echo "run: make format"; exit 1; }
-	@$(BIN)/mypy
 	@$(BIN)/lint-imports --no-logo
 	@npm run --silent --if-present lint
+
+others: rules
+	@echo "Testing the front end"
+	@npm run --silent test:unit
 
 format: $(DEV)
 	@$(BIN)/ruff check --fix-only --quiet
