@@ -7,14 +7,8 @@ import { Editor } from "./editor.js";
 import { fillTables } from "./table.js";
 import { preview, toSi } from "./numbers.js";
 import { Sender } from "./server.js";
+import { WORDS, fill } from "./words.js";
 
-const MESSAGES = {
-  loading: "Your avatar in 3D is loading.",
-  ready: "Your avatar is here in 3D: buttons below turn it and bring it closer.",
-  failed: "The 3D view is not available here. The pictures show the same body.",
-};
-const UNREACHED = "The server did not answer. Your last number is not kept yet.";
-const ENDED = "This page has been open for long. Reload it to go on.";
 const GHOST_STAYS = 2500; // milliseconds after the last change
 
 async function start(element) {
@@ -166,7 +160,7 @@ class Page {
       });
       if (shown) this.#stage?.tell(this.#shown(), this.#rows);
     } catch (error) {
-      this.#status.textContent = UNREACHED;
+      this.#status.textContent = WORDS.unreached;
       console.warn(error.message);
     }
   }
@@ -183,18 +177,18 @@ class Page {
   #refused(status, problem, sent) {
     for (const { field, message } of problem?.errors ?? []) this.#editor.say(field, message, true);
     if (problem?.errors?.length) this.#status.textContent = problem.errors[0].message;
-    else this.#status.textContent = status === 0 || status >= 500 ? UNREACHED : ENDED;
+    else this.#status.textContent = WORDS[status === 0 || status >= 500 ? "unreached" : "ended"];
     if (status === 0) for (const [name, text] of Object.entries(sent)) this.#sender.change(name, text);
   }
 
   #sayBody() {
     const unmet = this.#rows.filter(
-      ({ asked, taken }) => asked !== null && Math.abs(asked - taken) > 0.1,
+      ({ asked, taken, unit, kind }) =>
+        asked !== null && Math.abs(toSi(asked - taken, unit)) > (kind === "mass" ? 0.1 : 0.001),
     );
-    const words = unmet.map(({ label }) => label).join(", ");
+    const names = unmet.map(({ label }) => label).join(", ");
     const place = document.querySelector("#verdict");
-    const { met, unmet: less } = place.dataset;
-    const verdict = unmet.length ? less.replace("{names}", words) : met;
+    const verdict = unmet.length ? fill(WORDS.unmet, { names }) : WORDS.met;
     this.#status.textContent = verdict;
     place.textContent = verdict;
   }
@@ -215,7 +209,7 @@ function announce(element) {
   line.setAttribute("role", "status");
   element.after(line);
   const observer = new MutationObserver(() => {
-    line.textContent = MESSAGES[element.dataset.state] ?? "";
+    line.textContent = WORDS.states[element.dataset.state] ?? "";
   });
   observer.observe(element, { attributeFilter: ["data-state"] });
 }

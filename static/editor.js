@@ -1,4 +1,6 @@
-/** The fields beside the body: number inputs with a button for less and one for more. */
+/** The fields beside the body: numbers as people write them, a button for less and one for more. */
+
+import { parse, write } from "./numbers.js";
 
 export class Editor {
   #form;
@@ -7,7 +9,7 @@ export class Editor {
   /**
    * @param {HTMLFormElement} form
    * @param {(name: string, text: string, value: number|null) => void} changed what was typed, and
-   *     the number that it is where it lies within the field's limits
+   *     the number that it is where the page can read it and it lies within the field's limits
    * @param {(name: string) => void} inHand the measurement that the reader turns to
    */
   constructor(form, changed, inHand) {
@@ -22,7 +24,7 @@ export class Editor {
     });
     form.addEventListener("keydown", (event) => {
       const by = { ArrowUp: 1, ArrowDown: -1 }[event.key];
-      if (!by || event.target.type !== "number") return;
+      if (!by || !event.target.matches("[role=spinbutton]")) return;
       event.preventDefault();
       this.#step(event.target, by);
     });
@@ -50,19 +52,22 @@ export class Editor {
   }
 
   #step(input, by) {
-    const size = Number(input.dataset.size);
-    const value = Number(input.value) || 0;
+    const { size, low, high, feet } = input.dataset;
+    const value = parse(input.value, Boolean(feet)) || 0;
     // To the next whole step: 74.3 goes to 74.5, not to 74.8.
-    const steps = value / size;
+    const steps = value / Number(size);
     const next = by > 0 ? Math.floor(steps + 1e-6) + 1 : Math.ceil(steps - 1e-6) - 1;
-    const kept = Math.min(Math.max(next * size, Number(input.min)), Number(input.max));
-    input.value = String(Math.round(kept * 100) / 100);
+    const kept = Math.min(Math.max(next * Number(size), Number(low)), Number(high));
+    input.value = write(kept, Boolean(feet));
     this.#typed(input);
   }
 
   #typed(input) {
-    const value = input.value === "" ? NaN : Number(input.value);
-    const within = value >= Number(input.min) && value <= Number(input.max);
+    const { low, high, feet } = input.dataset;
+    const value = parse(input.value, Boolean(feet));
+    const within = value >= Number(low) && value <= Number(high);
+    if (within) input.setAttribute("aria-valuenow", value);
+    input.setAttribute("aria-valuetext", input.value);
     this.#changed(input.name, input.value, within ? value : null);
   }
 }

@@ -5,11 +5,14 @@
  *
  * It defines the element <fitting-room>, and puts one where the script stands if the page has none.
  * The element holds a frame of the fitting room's own origin: the page around it cannot look inside.
+ * Where there can be no frame it is a link, in the words of the shop's page: what stands in the
+ * element, or in the script's `data-link`.
  * What the two tell one another is in docs/embedding.md.
  */
 (() => {
   const script = document.currentScript;
   const home = new URL(script.src).origin;
+  const NAME = "The Fitting Room";
   const PATIENCE = 5000; // milliseconds until a frame that does not answer is a link
 
   const style = new CSSStyleSheet();
@@ -29,7 +32,7 @@
     constructor() {
       super();
       const frame = this.#frame;
-      frame.title = "The Fitting Room";
+      frame.title = NAME;
       frame.src = `${home}/`;
       frame.allow = `camera ${home}`;
       frame.referrerPolicy = "no-referrer";
@@ -42,9 +45,11 @@
         href: `${home}/`,
         target: "_blank",
         rel: "noopener",
-        textContent: "Open the fitting room",
         hidden: true,
       });
+      const words = document.createElement("slot");
+      words.textContent = NAME;
+      this.#link.append(words);
       const root = this.attachShadow({ mode: "open" });
       root.adoptedStyleSheets = [style];
       root.append(frame, this.#link);
@@ -83,9 +88,10 @@
 
   customElements.define("fitting-room", FittingRoom);
   const place = () => {
-    if (!document.querySelector("fitting-room")) {
-      script.after(document.createElement("fitting-room"));
-    }
+    if (document.querySelector("fitting-room")) return;
+    const element = document.createElement("fitting-room");
+    element.append(...(script.dataset.link ? [script.dataset.link] : []));
+    script.after(element);
   };
   if (document.readyState === "loading") document.addEventListener("DOMContentLoaded", place);
   else place();

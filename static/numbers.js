@@ -1,29 +1,91 @@
-/** Numbers as they stand on the page, the same as the server writes them (webapp/units.py). */
+/**
+ * Numbers as they stand on the page, read and written as the server does (webapp/units.py), with the
+ * decimal sign of the page's language.
+ */
+
+import { WORDS, fill } from "./words.js";
 
 const MINUS = "\u2212";
+const FOOT = 12; // inches
+
+/** A number with the decimal sign of the page's language. */
+function localised(text, { decimal = "." } = WORDS.numbers ?? {}) {
+  return text.replace(".", decimal);
+}
+
+/** Whether a row of the API's answer is told in feet and inches. */
+export function inFeet(row) {
+  return row.unit === "in" && row.name === "stature";
+}
 
 /** A value in the page's unit: one decimal; `feet`: inches as 5′ 6.1″. */
-export function show(value, feet = false) {
-  if (!feet) return value.toFixed(1);
+export function show(value, feet = false, said = WORDS.numbers) {
+  if (!feet) return localised(value.toFixed(1), said);
   const tenths = Math.round(10 * value);
-  return `${Math.floor(tenths / 120)}′ ${((tenths % 120) / 10).toFixed(1)}″`;
+  const inches = ((tenths % (10 * FOOT)) / 10).toFixed(1);
+  return `${Math.floor(tenths / (10 * FOOT))}′ ${localised(inches, said)}″`;
 }
 
 /** A difference with its sign, a true minus, and none at nought. */
-export function showSigned(value) {
+export function showSigned(value, said = WORDS.numbers) {
   const text = Math.abs(value).toFixed(1);
-  if (Number(text) === 0) return text;
-  return `${value < 0 ? MINUS : "+"}${text}`;
+  const sign = Number(text) === 0 ? "" : value < 0 ? MINUS : "+";
+  return `${sign}${localised(text, said)}`;
+}
+
+/** A row's range, of the ends as they are written. */
+export function range(row, said = WORDS.numbers) {
+  return fill(said.range, { low: show(row.low, false, said), high: show(row.high, false, said) });
 }
 
 /** What a row of the API's answer says in words: "74.0 cm", or with its range. */
-export function words(row) {
-  const value = `${show(row.taken)} ${row.unit}`;
+export function words(row, said = WORDS.numbers) {
+  const feet = inFeet(row);
+  const shown = show(row.taken, feet, said);
+  const value = feet ? shown : `${shown} ${row.unit}`;
   if (row.asked !== null) {
-    const met = show(row.asked) === show(row.taken);
-    return { value, note: met ? "entered" : `entered ${show(row.asked)}` };
+    const asked = show(row.asked, feet, said);
+    return { value, note: asked === shown ? said.entered : fill(said.entered_as, { value: asked }) };
   }
-  return { value, note: row.low < row.high ? `${show(row.low)} to ${show(row.high)}` : "estimated" };
+  return { value, note: row.low < row.high ? range(row, said) : said.estimated };
+}
+
+/** A value as it stands in a field: two decimals at most; `feet`: inches as 5 ft 6.1 in. */
+export function write(value, feet = false, said = WORDS.numbers) {
+  const rounded = Math.round(100 * value) / 100;
+  if (!feet) return localised(String(rounded), said);
+  const inches = Math.round(100 * (rounded % FOOT)) / 100;
+  return `${Math.floor(rounded / FOOT)} ft ${localised(String(inches), said)} in`;
+}
+
+const AMOUNT = String.raw`(?:(\d+(?:[.,]\d*)?|[.,]\d+)(?![\d/]))?(?:\s*-?\s*(\d+)\s*/\s*(\d+))?`;
+const NUMBER = new RegExp(String.raw`^\s*${AMOUNT}\s*$`);
+const INCHES = new RegExp(String.raw`^\s*${AMOUNT}\s*(?:"|in|inch|inches)?\.?\s*$`);
+const FEET = new RegExp(
+  String.raw`^\s*${AMOUNT}\s*(?:'|ft|feet|foot)\.?\s*(?:${AMOUNT}\s*(?:"|in|inch|inches)?\.?)?\s*$`,
+);
+
+/**
+ * What was typed, in the page's unit: 92,5 or 36 1/4; `feet`: 5'6", 5 ft 6 or 66, in inches. The
+ * server knows more spellings.
+ *
+ * @returns {number} not a number where the page cannot tell
+ */
+export function parse(text, feet = false) {
+  const plain = text
+    .toLowerCase()
+    .replace(/[\u2018\u2019\u2032`\u00b4]/g, "'")
+    .replace(/[\u201c\u201d\u2033]|''/g, '"');
+  const two = feet && plain.match(FEET);
+  if (two) return FOOT * amount(two.slice(1, 4)) + (amount(two.slice(4, 7)) || 0);
+  const one = plain.match(feet ? INCHES : NUMBER);
+  return one ? amount(one.slice(1, 4)) : NaN;
+}
+
+function amount([whole, over, under]) {
+  if (whole === undefined && over === undefined) return NaN;
+  const part = over === undefined ? 0 : Number(over) / Number(under);
+  return Number((whole ?? "0").replace(",", ".")) + part;
 }
 
 const SI = { cm: 0.01, in: 0.0254, kg: 1, lb: 0.45359237 };

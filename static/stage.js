@@ -1,9 +1,10 @@
 /** The buttons around the body in 3D, and what they show: views, tapes, ruler, skin, the body before. */
 
-import { show } from "./numbers.js";
+import { toSi, words } from "./numbers.js";
 import { Overlay } from "./overlay.js";
 import { REGIONS } from "./regions.js";
 import { SKIN_TONES } from "./tones.js";
+import { WORDS } from "./words.js";
 
 export { createViewer } from "./viewer.js";
 
@@ -64,7 +65,7 @@ export class Stage {
   // ---- tapes ----
 
   #picked(rows) {
-    const names = this.#region ? REGIONS[this.#region].names : [this.#inHand];
+    const names = this.#region ? REGIONS[this.#region] : [this.#inHand];
     return rows.filter(({ name }) => names.includes(name));
   }
 
@@ -78,12 +79,11 @@ export class Stage {
 
   #regions() {
     const group = document.querySelector("#tape-regions");
-    const choices = [["", "None"], ...Object.entries(REGIONS).map(([key, { label }]) => [key, label])];
-    for (const [region, label] of choices) {
+    for (const region of ["", ...Object.keys(REGIONS)]) {
       const button = document.createElement("button");
       button.type = "button";
       button.dataset.region = region;
-      button.textContent = label;
+      button.textContent = WORDS.regions[region || "none"];
       button.setAttribute("aria-pressed", String(region === ""));
       button.addEventListener("click", () => this.#choose(region));
       group.append(button);
@@ -115,7 +115,7 @@ export class Stage {
       button.className = "row-tape";
       button.setAttribute("aria-pressed", "false");
       button.append(...[...head.childNodes].filter((node) => node.nodeType === Node.TEXT_NODE));
-      button.title = "Show this tape on the body";
+      button.title = WORDS.show_tape;
       head.prepend(button);
       button.addEventListener("click", () => {
         const { measurement } = row.dataset;
@@ -189,15 +189,15 @@ export class Stage {
       this.#overlay.measure(null);
       return;
     }
-    const imperial = this.#units === "imperial";
-    const top = stature.taken * (imperial ? 0.0254 : 0.01);
-    const text = imperial ? show(stature.taken, true) : `${show(stature.taken)} cm`;
+    const top = toSi(stature.taken, stature.unit);
+    const text = words(stature).value;
     this.#overlay.measure({ units: this.#units, top, text });
   }
 
   #tones() {
     const group = document.querySelector("#tones");
-    for (const [name, { label, colour }] of Object.entries(SKIN_TONES)) {
+    for (const [name, colour] of Object.entries(SKIN_TONES)) {
+      const label = WORDS.tones[name];
       const [choice, input, swatch] = ["label", "input", "span"].map((tag) =>
         document.createElement(tag),
       );

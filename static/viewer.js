@@ -11,8 +11,8 @@
  *     viewer.lay(rows);                      // tapes of the API's answer
  *     viewer.dispose();
  *
- * The element's `data-state` says how it stands: loading, ready or failed; until it is ready, and
- * if it fails, the still picture inside stays. Events: `viewchange` names the view that is shown,
+ * The element's `data-label` is what screen readers call it. Its `data-state` says how it stands:
+ * loading, ready or failed; until it is ready, and if it fails, the still picture inside stays. Events: `viewchange` names the view that is shown,
  * `frame` follows every picture that is drawn, `rest` the last for now. It draws only when
  * something has changed; `stats` counts what that costs.
  */
@@ -58,8 +58,6 @@ const KEY_ZOOM = 1.2;
 const NEAREST = 0.3; // of the distance at which the whole body is seen
 const FARTHEST = 1.6;
 
-const KEYS_HELP =
-  "Arrow keys turn it, plus and minus zoom, 1 to 4 show front, three-quarter, side and back.";
 const KEYS_VIEWS = ["front", "quarter", "side", "back"];
 
 export class ViewerError extends Error {}
@@ -91,7 +89,7 @@ class Viewer {
   #meshes = [];
   #ghost = []; // the meshes of the body before
   #ghostModel = new Mesh(new BufferGeometry(), faint()); // never seen: its material is ready
-  #tone = SKIN_TONES.mannequin.colour;
+  #tone = SKIN_TONES.mannequin;
   #motion = null; // {start, end, since} while the camera is on its way
   #blend = null; // when the body began to go over into another
   #fading = null; // when the ghost began to fade
@@ -105,7 +103,7 @@ class Viewer {
     element.dataset.state = "loading";
     this.#canvas.tabIndex = 0;
     this.#canvas.setAttribute("role", "application");
-    this.#canvas.setAttribute("aria-label", `Avatar in 3D. ${KEYS_HELP}`);
+    this.#canvas.setAttribute("aria-label", element.dataset.label);
     this.#uncover(false);
     try {
       this.#renderer = new WebGLRenderer({ canvas: this.#canvas, antialias: true, alpha: true });

@@ -30,7 +30,11 @@ def asked(client):
 def test_the_numbers_are_those_of_the_api(shopper):
     answer = shopper.get("/avatar.json")
     document = {"body": "female", "measurements": ENTERED}
-    assert answer.json == shopper.post("/api/v1/avatars", json=document).json
+    expected = shopper.post("/api/v1/avatars", json=document).json
+    labels = {"inseam_height": "Inside leg to the ankle", "neck_height": "Neck height"}
+    for row in expected["measurements"]:
+        row["label"] = labels.get(row["name"], row["label"])
+    assert answer.json == expected
     assert answer.headers["Cache-Control"] == "no-store"
 
 
@@ -54,6 +58,34 @@ def test_another_value_makes_another_body_and_is_kept_as_it_was_typed(shopper):
     assert asked(shopper) == ENTERED | {"waist_girth": 80.5}
     shopper.get("/numbers")
     assert shopper.page.find(".//input[@name='waist_girth']").get("value") == "80,5"
+
+
+def test_feet_and_inches_are_taken_as_the_wizard_takes_them(client):
+    client.send(body="male", units="imperial", stature="5'11", weight="170")
+    client.get("/avatar")
+    field = client.page.find(".//input[@id='edit-stature']")
+    assert field.get("value") == "5 ft 11 in"
+    assert (field.get("data-feet"), field.get("aria-valuenow")) == ("1", "71")
+    change(client, stature="6 ft 1/2")
+    assert asked(client)["stature"] == 72.5
+    client.get("/numbers")
+    assert client.page.find(".//input[@name='stature']").get("value") == "6 ft 1/2"
+
+
+def test_what_seems_unusual_is_asked_in_the_words_of_the_wizard(shopper):
+    answer = change(shopper, neck_girth="45")
+    (said,) = [it for it in answer.json["warnings"] if it["measurement"] == "neck_girth"]
+    assert said["message"].startswith("Beside your other numbers this one seems unusual")
+
+
+def test_an_inside_leg_is_judged_as_the_page_shows_it(client):
+    client.send(**WOMAN, inseam_height="95", **{"inseam_height:to": "floor"})
+    client.get("/measure/inseam_height")
+    answer = client.get("/avatar.json").json
+    (said,) = [it for it in answer["warnings"] if it["measurement"] == "inseam_height"]
+    (row,) = [row for row in answer["measurements"] if row["name"] == "inseam_height"]
+    assert row["label"] == "Inside leg to the ankle" and row["asked"] < 92
+    assert "95" not in said["message"]
 
 
 def test_an_inside_leg_that_is_changed_here_ends_at_the_ankle(client):
@@ -114,11 +146,14 @@ def test_the_page_has_a_field_for_each_entered_value(shopper):
     shopper.get("/avatar")
     form = shopper.page.find(".//form[@id='editor']")
     inputs = {
-        field.get("name"): field for field in form.iter("input") if field.get("type") == "number"
+        field.get("name"): field
+        for field in form.iter("input")
+        if field.get("role") == "spinbutton"
     }
     assert set(inputs) == set(ENTERED)
     assert inputs["waist_girth"].get("value") == "74"
-    assert float(inputs["waist_girth"].get("min")) < 74 < float(inputs["waist_girth"].get("max"))
+    assert float(inputs["waist_girth"].get("data-low")) < 74
+    assert float(inputs["waist_girth"].get("data-high")) > 74
     # Without scripts it stays hidden, and the way back leads to the form.
     assert "hidden" in form.attrib
     assert any(text(link) == "Edit measurements" for link in shopper.page.iter("a"))

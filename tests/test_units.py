@@ -49,6 +49,7 @@ from webapp.units import (
         ("36-1/4", "imperial", 0.92075),
         ("36¼", "imperial", 0.92075),
         ("1/2", "imperial", 0.0127),
+        ("15/16", "imperial", 0.0238125),
     ],
 )
 def test_lengths_as_people_type_them(typed, units, metres):

@@ -1,8 +1,9 @@
 """The avatar: its page, its file and its pictures, from the measurements in the session."""
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from flask import (
     Blueprint,
@@ -16,7 +17,6 @@ from flask import (
     session,
     url_for,
 )
-from flask_babel import gettext
 from flask_babel import lazy_gettext as _l
 from werkzeug.wrappers import Response as AnyResponse
 
@@ -31,15 +31,16 @@ from model.rendering import RenderingUnavailable, render_png, render_webp
 from model.rig import rig_of
 from model.tape_fit import fit_to_tape
 from model.template_mesh import Body
-from webapp import metrics, units
+from webapp import metrics, table_words, units
 from webapp.answers import Typed
 from webapp.forms import AvatarRequest, Limits, Refusal, Refused
+from webapp.language import decimal
 
-ESTIMATED = {
-    "Around the body": ("girth",),
-    "Over the skin": ("length",),
-    "Heights and weight": ("height", "mass"),
-}
+ESTIMATED: tuple[tuple[Any, tuple[str, ...]], ...] = (
+    (_l("Around the body"), ("girth",)),
+    (_l("Over the skin"), ("length",)),
+    (_l("Heights and weight"), ("height", "mass")),
+)
 """The parts of the page's table, and the kinds of measurements in each."""
 
 MET: Mapping[str, float] = {"m": 0.001, "kg": 0.1}
@@ -90,14 +91,19 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """A number input of the page: its limits and its step as they are written there."""
+    """A number to change on the page, as it is written there; its limits and its step, for scripts.
+
+    feet : whether it is in feet and inches, its limits and its step in inches
+    """
 
     name: str
     unit: str
     value: str
+    number: str
     low: str
     high: str
     size: str
+    feet: bool
 
 
 def estimators() -> Mapping[BodyKind, Estimator]:
@@ -162,6 +168,16 @@ def rows(avatar: Avatar) -> list[Row]:
             low, high = sorted((asked, taken))
         table.append(Row(name, asked, taken, low, high))
     return table
+
+
+def estimated_groups(every: Sequence[Row]) -> dict[str, list[Row]]:
+    """The rows of what was not entered, under the titles of the page's table."""
+    return {
+        str(title): [
+            row for row in every if row.asked is None and MEASUREMENTS[row.name].kind in kinds
+        ]
+        for title, kinds in ESTIMATED
+    }
 
 
 def glb(avatar: Avatar) -> Response:
@@ -239,17 +255,13 @@ def page() -> str | AnyResponse:
         return redirect(url_for("wizard.review"), 303)
     every = rows(avatar)
     entered = [row for row in every if row.asked is not None]
-    estimated = {
-        title: [row for row in every if row.asked is None and MEASUREMENTS[row.name].kind in kinds]
-        for title, kinds in ESTIMATED.items()
-    }
     return render_template(
         "avatars/avatar.html",
         units=wanted.units,
         entered=entered,
-        unmet=[gettext(MEASUREMENTS[row.name].label) for row in entered if row.unmet],
-        labels={name: gettext(row.label) for name, row in MEASUREMENTS.items()},
-        estimated=estimated,
+        unmet=[table_words.body_label(row.name) for row in entered if row.unmet],
+        labels=table_words.body_labels(),
+        estimated=estimated_groups(every),
         measurements=MEASUREMENTS,
         fields=[_field(row, wanted) for row in entered],
         pictures=not why_no_pictures(),
@@ -261,13 +273,17 @@ def _field(row: Row, wanted: AvatarRequest) -> Field:
     quantity, chosen = MEASUREMENTS[row.name].unit, wanted.units
     low, high = limits()[wanted.body][row.name]
     least, most = units.range_in(low, high, quantity, chosen)
+    value = units.from_si(row.asked or row.taken, quantity, chosen)
+    feet = row.name == "stature" and chosen == "imperial"
     return Field(
         name=row.name,
-        unit=units.SYMBOLS[quantity][chosen],
-        value=units.write(units.from_si(row.asked or row.taken, quantity, chosen), 2),
+        unit="ft, in" if feet else units.SYMBOLS[quantity][chosen],
+        value=decimal(units.write(value, 2, feet=feet)),
+        number=units.write(value, 2),
         low=units.write(least, 1),
         high=units.write(most, 1),
         size=STEPS[quantity][chosen],
+        feet=feet,
     )
 
 

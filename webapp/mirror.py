@@ -1,17 +1,21 @@
 """What the avatar's page asks for while it is open: the numbers of its body, and other values.
 
-Both speak of the measurements in the session, so that none stands in an address.
+Both speak of the measurements in the session, so that none stands in an address. The answers are
+those of the interface for programs, in the page's language.
 """
 
 import json
 from dataclasses import replace
+from typing import Any
 
 from flask import Blueprint, Response, abort, jsonify, request, session
+from flask_babel import gettext as _
 
 from model.measurements import MEASUREMENTS
+from webapp import checks, table_words
 from webapp.answers import LEG, Typed
 from webapp.api import document
-from webapp.avatars import limits, make_avatar
+from webapp.avatars import Avatar, limits, make_avatar, rows
 from webapp.forms import Refusal, Refused
 
 bp = Blueprint("mirror", __name__)
@@ -20,11 +24,12 @@ bp = Blueprint("mirror", __name__)
 @bp.get("/avatar.json")
 def numbers() -> Response:
     """The body's measurements, as the API answers them, with the path of each tape."""
+    typed = _typed()
     try:
-        avatar = make_avatar(_typed().read(limits()))
+        avatar = make_avatar(typed.read(limits()))
     except Refused:
         abort(404)
-    return jsonify(document(avatar))
+    return jsonify(_told(avatar, typed))
 
 
 @bp.post("/avatar.json")
@@ -50,9 +55,37 @@ def change() -> Response:
         typed = typed.with_texts(name, [text])
         if name == LEG:
             typed = replace(typed, leg_to="ankle")
-    answer = jsonify(document(make_avatar(typed.read(limits()))))
+    answer = jsonify(_told(make_avatar(typed.read(limits())), typed))
     session["typed"] = typed.fields()
     return answer
+
+
+def _told(avatar: Avatar, typed: Typed) -> dict[str, Any]:
+    """An avatar as the API answers it, for its page: its words are those of the page."""
+    answer = document(avatar)
+    for row in answer["measurements"]:
+        row["label"] = table_words.body_label(row["name"])
+    return answer | {"warnings": _warnings(avatar, typed)}
+
+
+def _warnings(avatar: Avatar, typed: Typed) -> list[dict[str, str]]:
+    """What a shopper may want to look at again: what the body has not, and what seems unusual."""
+    chosen = avatar.wanted.units
+    if LEG in avatar.wanted.asked:  # as the page has it, wherever it was measured to
+        ours = checks.number(avatar.wanted.asked[LEG], LEG, chosen, 2)
+        typed = replace(typed.with_texts(LEG, [ours]), leg_to="ankle", kept=typed.kept)
+    words = {
+        name: question.message
+        for name, question in checks.questions(typed, avatar.estimator).items()
+    }
+    for row in rows(avatar):
+        if row.unmet and row.name not in words:
+            words[row.name] = _(
+                "This does not seem to go together with your other numbers: on the body it is "
+                "%(value)s.",
+                value=checks.with_unit(row.taken, row.name, chosen),
+            )
+    return [{"measurement": name, "message": message} for name, message in words.items()]
 
 
 def _typed() -> Typed:

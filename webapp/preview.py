@@ -26,7 +26,7 @@ def tape(name: str) -> Response:
     """The row of one measurement, as the API has it: with the path of its tape on that body."""
     avatar = _avatar(name)
     (row,) = [row for row in document(avatar)["measurements"] if row["name"] == name]
-    return jsonify(row | {"label": table_words.label(name)})
+    return jsonify(row | {"label": table_words.body_label(name)})
 
 
 def _avatar(name: str) -> Avatar:

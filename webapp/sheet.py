@@ -4,13 +4,14 @@ import csv
 import io
 
 from flask import Blueprint, Response, render_template
+from flask_babel import gettext as _
 
 from model.measurements import MEASUREMENTS
-from webapp import units
-from webapp.avatars import ESTIMATED, Avatar, rows, shown, why_no_pictures
+from webapp import table_words, units
+from webapp.avatars import Avatar, estimated_groups, rows, shown, why_no_pictures
 
 COLUMNS = ("measurement", "label", "unit", "asked", "taken", "low", "high")
-"""Of the table as CSV; `asked` is empty where nothing was entered."""
+"""Of the table as CSV, the same in every language; `asked` is empty where nothing was entered."""
 
 bp = Blueprint("sheet", __name__)
 
@@ -28,15 +29,12 @@ def page() -> str:
     """The measurements and the pictures on one sheet of paper."""
     avatar = shown()
     every = rows(avatar)
-    entered = {"You entered": [row for row in every if row.asked is not None]}
-    estimated = {
-        title: [row for row in every if row.asked is None and MEASUREMENTS[row.name].kind in kinds]
-        for title, kinds in ESTIMATED.items()
-    }
+    entered = {_("You entered"): [row for row in every if row.asked is not None]}
     return render_template(
         "avatars/sheet.html",
         units=avatar.wanted.units,
-        groups=entered | estimated,
+        groups=entered | estimated_groups(every),
+        labels=table_words.body_labels(),
         measurements=MEASUREMENTS,
         version=avatar.estimator.version,
         pictures=not why_no_pictures(),
@@ -56,5 +54,5 @@ def _csv(avatar: Avatar) -> str:
             "" if value is None else f"{units.from_si(value, measurement.unit, chosen):.2f}"
             for value in (row.asked, row.taken, row.low, row.high)
         ]
-        lines.writerow([row.name, measurement.label, symbol, *numbers])
+        lines.writerow([row.name, table_words.body_label(row.name), symbol, *numbers])
     return text.getvalue()

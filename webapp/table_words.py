@@ -26,6 +26,9 @@ _LABELS: Mapping[str, Any] = {"inseam_height": _l("Inside leg"), "neck_height": 
 """What a person knows as something else than the table says: of the inseam they are asked where it
 ends, and there are two measurements of the neck."""
 
+_ON_A_BODY: Mapping[str, Any] = {"inseam_height": _l("Inside leg to the ankle")}
+"""What a person may have measured otherwise than it is measured on a body."""
+
 _INSIDE_LEG_HOW = _l(
     "Stand without shoes, your feet a little apart. Measure on the inside of the leg, from the "
     "lowest point between the legs straight down to the floor or to the ankle bone."
@@ -74,6 +77,16 @@ def labels() -> dict[str, str]:
 def label(name: str) -> str:
     """What a measurement is called, in the page's language."""
     return str(_LABELS[name]) if name in _LABELS else gettext(MEASUREMENTS[name].label)
+
+
+def body_labels() -> dict[str, str]:
+    """What each measurement of a body is called, in the page's language."""
+    return {name: body_label(name) for name in MEASUREMENTS}
+
+
+def body_label(name: str) -> str:
+    """What a measurement of a body is called, in the page's language."""
+    return str(_ON_A_BODY[name]) if name in _ON_A_BODY else label(name)
 
 
 def definition(name: str) -> str:

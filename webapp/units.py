@@ -36,7 +36,7 @@ _SPELLINGS = {
 _SECOND_PART = {"ft": "in", "m": "cm", "st": "lb"}
 """The unit of the second number in ``5 ft 6``, ``1 m 68`` and ``11 st 4``."""
 
-_AMOUNT = r"(\d+(?:[.,]\d*)?|[.,]\d+)?(?:\s*[- ]?\s*(\d+)\s*/\s*(\d+))?"
+_AMOUNT = r"(?:(\d+(?:[.,]\d*)?|[.,]\d+)(?![\d/]))?(?:\s*[- ]?\s*(\d+)\s*/\s*(\d+))?"
 _UNIT = r"""\s*([a-z]+|["'])?\.?\s*"""
 _TYPED = re.compile(rf"\s*{_AMOUNT}{_UNIT}(?:(?:,|and)?\s*{_AMOUNT}{_UNIT})?")
 

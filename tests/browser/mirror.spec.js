@@ -188,8 +188,8 @@ test("the tapes of a region are named with the API's values, and a row shows its
   const labels = page.locator(".tape-label");
   for (const region of ["around", "legs"]) {
     await page.locator(`button[data-region="${region}"]`).click();
-    await expect(labels).toHaveCount(REGIONS[region].names.length);
-    for (const name of REGIONS[region].names) {
+    await expect(labels).toHaveCount(REGIONS[region].length);
+    for (const name of REGIONS[region]) {
       const { taken, low, high, asked } = measurements.find((row) => row.name === name);
       const note = asked === null ? `${low.toFixed(1)} to ${high.toFixed(1)}` : "entered";
       const label = page.locator(`.tape-label[data-tape="${name}"]`);

@@ -3,7 +3,15 @@ import { test } from "node:test";
 
 import { areaNormal, band, outwards, smoothed } from "../../static/bands.js";
 import { column, sides } from "../../static/labels.js";
-import { preview, show, showSigned, toSi, words } from "../../static/numbers.js";
+import {
+  parse,
+  preview,
+  show,
+  showSigned,
+  toSi,
+  words,
+  write,
+} from "../../static/numbers.js";
 import { REGIONS } from "../../static/regions.js";
 import { marks } from "../../static/ruler.js";
 
@@ -98,11 +106,58 @@ test("numbers are written as the server writes them", () => {
   near(toSi(10, "in"), 0.254);
 });
 
+test("numbers are read as the server reads them, feet and inches too", () => {
+  for (const [text, value] of [
+    ["92,5", 92.5],
+    [" 36 1/4 ", 36.25],
+    ["36-1/4", 36.25],
+    ["3/4", 0.75],
+    [".5", 0.5],
+  ]) {
+    near(parse(text), value);
+  }
+  for (const [text, value] of [
+    ["5'6\"", 66],
+    ["5 ft 6", 66],
+    ["5′ 6.1″", 66.1],
+    ["5’ 6 1/2’’", 66.5],
+    ["5 feet", 60],
+    ["5 ft 6,25 in", 66.25],
+    ["66", 66],
+    ["66 in", 66],
+  ]) {
+    near(parse(text, true), value);
+  }
+  // The server may know better: it is asked.
+  for (const text of ["", "wide", "1.68 m", "-5", "5 6"]) assert.ok(Number.isNaN(parse(text, true)));
+  assert.ok(Number.isNaN(parse("5'6\"")));
+});
+
+test("numbers are written into fields as the server writes them", () => {
+  assert.equal(write(74.5), "74.5");
+  assert.equal(write(66.25, true), "5 ft 6.25 in");
+  assert.equal(write(71.999, true), "6 ft 0 in");
+  assert.equal(write(66.5, true, { decimal: "," }), "5 ft 6,5 in");
+  for (const value of [48, 59.75, 66.14, 72]) near(parse(write(value, true), true), value);
+});
+
 test("a label says what was entered, or the range", () => {
   const row = { unit: "cm", taken: 74, asked: 74, low: 74, high: 74 };
-  assert.deepEqual(words(row), { value: "74.0 cm", note: "entered" });
-  assert.equal(words({ ...row, asked: 72 }).note, "entered 72.0");
-  assert.equal(words({ ...row, asked: null, low: 70, high: 78 }).note, "70.0 to 78.0");
+  const english = {
+    decimal: ".",
+    range: "{low} to {high}",
+    entered: "entered",
+    entered_as: "entered {value}",
+    estimated: "estimated",
+  };
+  assert.deepEqual(words(row, english), { value: "74.0 cm", note: "entered" });
+  assert.equal(words({ ...row, asked: 72 }, english).note, "entered 72.0");
+  assert.equal(words({ ...row, asked: null, low: 70, high: 78 }, english).note, "70.0 to 78.0");
+  assert.equal(words({ ...row, asked: null }, english).note, "estimated");
+  const portuguese = { ...english, decimal: ",", range: "{low} a {high}" };
+  assert.equal(words({ ...row, asked: null, low: 70, high: 78 }, portuguese).note, "70,0 a 78,0");
+  const tall = { name: "stature", unit: "in", taken: 66.14, asked: 66.14, low: 66.14, high: 66.14 };
+  assert.equal(words(tall, portuguese).value, "5′ 6,1″");
 });
 
 test("the preview follows the slopes, in the shopper's units, and ranges keep their share", () => {
@@ -124,7 +179,7 @@ test("the preview follows the slopes, in the shopper's units, and ranges keep th
 });
 
 test("every measurement with a tape belongs to one region", () => {
-  const names = Object.values(REGIONS).flatMap(({ names }) => names);
+  const names = Object.values(REGIONS).flat();
   assert.equal(new Set(names).size, names.length);
   assert.equal(names.length, 39); // all 41 but stature, which the ruler tells, and weight
 });
