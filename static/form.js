@@ -82,6 +82,20 @@ form.addEventListener("submit", (event) => {
   }
 });
 
+// ---- an inside leg's unit: whatever the page's units, trousers are mostly labelled in inches ----
+
+const unit = document.getElementById("unit");
+
+function tellUnit() {
+  const printed = form.elements.namedItem("inseam_height:to")?.value === "trousers";
+  unit.textContent = printed ? unit.dataset.printed : unit.dataset.unit;
+}
+
+if (unit?.dataset.printed) {
+  form.addEventListener("change", tellUnit);
+  tellUnit(); // a draft may have been put back
+}
+
 // ---- what is said about a number while it is typed ----
 
 const PAUSE = 600; // milliseconds after the last key

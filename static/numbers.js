@@ -18,12 +18,17 @@ export function inFeet(row) {
   return row.unit === "in" && row.name === "stature";
 }
 
-/** A value in the page's unit: one decimal; `feet`: inches as 5′ 6.1″. */
-export function show(value, feet = false, said = WORDS.numbers) {
-  if (!feet) return localised(value.toFixed(1), said);
-  const tenths = Math.round(10 * value);
-  const inches = ((tenths % (10 * FOOT)) / 10).toFixed(1);
-  return `${Math.floor(tenths / (10 * FOOT))}′ ${localised(inches, said)}″`;
+/** A value in the page's unit, to so many decimals; `feet`: inches as 5′ 6.1″. */
+export function show(value, feet = false, said = WORDS.numbers, places = 1) {
+  const written = (number) => localised(number.toFixed(places), said);
+  if (!feet) return written(value);
+  const rounded = Number(value.toFixed(places));
+  return `${Math.floor(rounded / FOOT)}′ ${written(rounded % FOOT)}″`;
+}
+
+/** A value of a row that was entered: as fine as tapes are read, a quarter of an inch stays one. */
+export function showEntered(value, row, said = WORDS.numbers) {
+  return show(value, inFeet(row), said, row.unit === "in" ? 2 : 1);
 }
 
 /** A difference with its sign, a true minus, and none at nought. */
@@ -41,10 +46,11 @@ export function range(row, said = WORDS.numbers) {
 /** What a row of the API's answer says in words: "74.0 cm", or with its range. */
 export function words(row, said = WORDS.numbers) {
   const feet = inFeet(row);
-  const shown = show(row.taken, feet, said);
+  const entered = row.asked !== null;
+  const shown = entered ? showEntered(row.taken, row, said) : show(row.taken, feet, said);
   const value = feet ? shown : `${shown} ${row.unit}`;
-  if (row.asked !== null) {
-    const asked = show(row.asked, feet, said);
+  if (entered) {
+    const asked = showEntered(row.asked, row, said);
     return { value, note: asked === shown ? said.entered : fill(said.entered_as, { value: asked }) };
   }
   return { value, note: row.low < row.high ? range(row, said) : said.estimated };

@@ -181,16 +181,17 @@ export class Overlay {
     const shown = marks(units, top + 0.1);
     const at = (y) => this.#viewer.see([0, y, 0]).y;
     const crown = at(top);
+    const written = crown < 16 ? crown + 10 : crown - 10; // beside its line, within the view
     let path = "";
     const texts = [];
     for (const { height: y, long, label } of shown) {
       const place = at(y);
       if (place < 0 || place > height) continue;
       path += `M0 ${place}h${long ? 14 : 7}`;
-      if (long && Math.abs(place - (crown - 10)) > 14) texts.push([18, place, label, ""]);
+      if (long && Math.abs(place - written) > 14) texts.push([18, place, label, ""]);
     }
     path += `M0 ${crown}h${width / 2}`;
-    texts.push([18, crown - 10, text, "crown"]);
+    texts.push([18, written, text, "crown"]);
     this.#scaleMarks.setAttribute("d", path);
     while (this.#scaleTexts.length < texts.length) {
       const element = svg("text", {});

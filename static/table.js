@@ -1,6 +1,6 @@
 /** The page's tables and sentences, brought up to date with the API's answer. */
 
-import { inFeet, range, show, showSigned } from "./numbers.js";
+import { range, show, showEntered, showSigned } from "./numbers.js";
 
 /** @param {object[]} rows of the API's answer */
 export function fillTables(rows) {
@@ -8,11 +8,10 @@ export function fillTables(rows) {
     const line = document.querySelector(`tr[data-measurement="${row.name}"]`);
     if (!line) continue;
     const cells = line.querySelectorAll("td");
-    const feet = inFeet(row);
     const texts =
       row.asked === null
         ? [show(row.taken), range(row)]
-        : [show(row.asked, feet), show(row.taken, feet), showSigned(row.taken - row.asked)];
+        : [showEntered(row.asked, row), showEntered(row.taken, row), showSigned(row.taken - row.asked)];
     texts.forEach((text, i) => {
       if (cells[i].textContent !== text) cells[i].textContent = text;
     });

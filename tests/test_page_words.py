@@ -1,5 +1,6 @@
 """No text that a shopper sees or hears stands in a script or a template in one language alone."""
 
+import json
 import re
 from pathlib import Path
 
@@ -205,6 +206,23 @@ def test_the_numbers_of_a_portuguese_sheet_and_its_table_are_portuguese(shopper)
     lines = shopper.get("/avatar.csv").text.splitlines()
     assert lines[0].startswith("measurement,label,unit")  # for programs
     assert any(line.startswith("waist_girth,Cintura,cm,74.00,") for line in lines)
+
+
+@pytest.mark.parametrize("path", ["/avatar", "/measure/waist_girth"])
+def test_scripts_are_told_the_decimal_sign_of_each_pages_language(client, path):
+    for language, sign in (("en", "."), ("pt", ","), ("en", ".")):
+        with client.session_transaction() as session:
+            session["typed"], session["language"] = dict(PERSON), language
+        client.get(path)
+        (block,) = [it for it in client.page.iter("script") if it.get("id") == "words"]
+        assert json.loads(block.text)["numbers"]["decimal"] == sign
+
+
+def test_a_man_is_not_told_of_bras(client):
+    with client.session_transaction() as session:
+        session["typed"] = {"body": "male", "units": "metric", "stature": "178"}
+    client.get("/measure/bust_girth")
+    assert "bra " not in text(client.page)
 
 
 def test_what_the_mirror_says_later_is_portuguese(shopper):

@@ -32,7 +32,7 @@ from model.rig import rig_of
 from model.tape_fit import fit_to_tape
 from model.template_mesh import Body
 from webapp import metrics, table_words, units
-from webapp.answers import Typed
+from webapp.answers import LEG, Typed
 from webapp.forms import AvatarRequest, Limits, Refusal, Refused
 from webapp.language import decimal
 
@@ -275,11 +275,13 @@ def _field(row: Row, wanted: AvatarRequest) -> Field:
     least, most = units.range_in(low, high, quantity, chosen)
     value = units.from_si(row.asked or row.taken, quantity, chosen)
     feet = row.name == "stature" and chosen == "imperial"
+    # An inside leg to the ankle is mostly reckoned, not typed: it is told as the table tells it.
+    places = 1 if row.name == LEG else 2
     return Field(
         name=row.name,
         unit="ft, in" if feet else units.SYMBOLS[quantity][chosen],
-        value=decimal(units.write(value, 2, feet=feet)),
-        number=units.write(value, 2),
+        value=decimal(units.write(value, places, feet=feet)),
+        number=units.write(value, places),
         low=units.write(least, 1),
         high=units.write(most, 1),
         size=STEPS[quantity][chosen],

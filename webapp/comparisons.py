@@ -79,7 +79,7 @@ REASONS: tuple[tuple[str, Any, Any], ...] = (
     (
         "breath",
         _l("Breath"),
-        _l("Breathing in moves chest and belly by one to three centimetres."),
+        _l("Breathing in moves chest and belly by one to three centimetres, up to an inch."),
     ),
     (
         "camera",

@@ -177,10 +177,10 @@ def leg_pictures(typed: Typed) -> dict[str, Picture]:
     }
 
 
-def wear(name: str) -> Any:
+def wear(name: str, body: str = "") -> Any:
     """What to wear for a measurement."""
     if name in ("bust_girth", "underbust_girth"):
-        return WEAR["bust"]
+        return WEAR["skin" if body == "male" else "bust"]
     if name == "weight":
         return WEAR["light"]
     if MEASUREMENTS[name].kind == "height":

@@ -27,14 +27,17 @@ GIRTHS: Mapping[str, Words] = {
     "stature": Words(
         _l("From the floor to the top of your head."),
         _l(
-            "The height that people say is one to two centimetres more than a wall shows. "
-            "Measure it once more, without shoes."
+            "The height that people say is one to two centimetres, half an inch or more, above "
+            "what a wall shows. Measure it once more, without shoes."
         ),
         _l("Alone: step out from under the book without moving it, then mark its lower edge."),
     ),
     "weight": Words(
         _l("What a scale says."),
-        _l("Clothes and shoes weigh a kilogram or two, and a scale on a carpet is wrong."),
+        _l(
+            "Clothes and shoes weigh a kilogram or two, some pounds, and a scale on a carpet is "
+            "wrong."
+        ),
     ),
     "waist_girth": Words(
         _l(
@@ -78,7 +81,10 @@ GIRTHS: Mapping[str, Words] = {
     ),
     "neck_girth": Words(
         _l("Around your neck at its narrowest, just below the larynx, where a collar lies."),
-        _l("A shirt's collar has room in it: its size is one to two centimetres more."),
+        _l(
+            "A shirt's collar has room in it: its size is one to two centimetres, about half an "
+            "inch, more."
+        ),
     ),
     "head_girth": Words(
         _l("Around your head at its widest, as a hat sits."),
@@ -90,7 +96,7 @@ GIRTHS: Mapping[str, Words] = {
     ),
     "ankle_girth": Words(
         _l("Around one leg at its thinnest, just above the ankle bones."),
-        _l("Over the ankle bones themselves it is some centimetres more."),
+        _l("Over the ankle bones themselves it is clearly more."),
     ),
     "calf_girth": Words(
         _l("Around one lower leg at its widest."),

@@ -35,9 +35,14 @@ def language() -> str:
     return str(get_locale() or "en")
 
 
+def decimal_sign() -> str:
+    """What stands before the decimals in the page's language."""
+    return get_decimal_symbol(get_locale() or "en")
+
+
 def decimal(text: str) -> str:
     """A number, written with a point, as the page's language writes it."""
-    return text.replace(".", get_decimal_symbol(get_locale() or "en"))
+    return text.replace(".", decimal_sign())
 
 
 def set_up(app: Flask) -> None:
@@ -47,6 +52,7 @@ def set_up(app: Flask) -> None:
         "languages": LANGUAGES,
         "language": language,
         "language_tag": lambda: TAGS[language()],
+        "decimal_sign": decimal_sign,
     }
     app.add_template_filter(decimal)
     for written in (units.show, units.show_signed):

@@ -78,12 +78,19 @@ def _warnings(avatar: Avatar, typed: Typed) -> list[dict[str, str]]:
         name: question.message
         for name, question in checks.questions(typed, avatar.estimator).items()
     }
+    doubted = bool(words)
     for row in rows(avatar):
         if row.unmet and row.name not in words:
-            words[row.name] = _(
-                "This does not seem to go together with your other numbers: on the body it is "
-                "%(value)s.",
-                value=checks.with_unit(row.taken, row.name, chosen),
+            value = checks.with_unit(row.taken, row.name, chosen)
+            # Where one number is doubted, the others may well be right.
+            words[row.name] = (
+                _("On the body: %(value)s.", value=value)
+                if doubted
+                else _(
+                    "This does not seem to go together with your other numbers: on the body it is "
+                    "%(value)s.",
+                    value=value,
+                )
             )
     return [{"measurement": name, "message": message} for name, message in words.items()]
 

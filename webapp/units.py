@@ -8,6 +8,7 @@ Factors are exact by definition: the international yard and pound agreement of 1
 import math
 import re
 import unicodedata
+from decimal import ROUND_HALF_UP, Decimal
 from typing import Literal, get_args
 
 Units = Literal["metric", "imperial"]
@@ -126,14 +127,27 @@ def write(value: float, places: int, *, feet: bool = False) -> str:
 
 
 def show(
-    value: float, quantity: Quantity, units: Units, *, feet: bool = False, places: int = 1
+    value: float,
+    quantity: Quantity,
+    units: Units,
+    *,
+    feet: bool = False,
+    entered: bool = False,
+    places: int = 1,
 ) -> str:
-    """A value in metres or kilograms as it stands in a table; `feet`: inches as ``5′ 6.1″``."""
-    number = from_si(value, quantity, units)
+    """A value in metres or kilograms as it stands in a table.
+
+    feet : inches as ``5′ 6.1″``
+    entered : as fine as tapes are read, so that a quarter of an inch stays one: ``15.25``
+    """
+    if entered and SYMBOLS[quantity][units] == "in":
+        places = 2
+    # As browsers round what the interface for programs answers: scripts write the same numbers.
+    answered = Decimal(round(from_si(value, quantity, units), 3))
+    number = answered.quantize(Decimal(1).scaleb(-places), ROUND_HALF_UP)
     if feet and units == "imperial":
-        whole, inches = divmod(round(number, places), 12)
-        return f"{whole:.0f}′ {inches:.{places}f}″"
-    return f"{number:.{places}f}"
+        return f"{number // 12}′ {number % 12}″"
+    return str(number)
 
 
 def show_signed(value: float, quantity: Quantity, units: Units, places: int = 1) -> str:

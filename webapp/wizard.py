@@ -139,7 +139,11 @@ def more() -> Page:
     if not typed.body:
         return redirect(url_for("wizard.start"), 303)
     return render_template(
-        "wizard/more.html", typed=typed, groups=guide.GROUPS, labels=table_words.labels()
+        "wizard/more.html",
+        typed=typed,
+        groups=guide.GROUPS,
+        labels=table_words.labels(),
+        words=guide.WORDS,
     )
 
 
@@ -149,7 +153,9 @@ def review() -> Page:
     typed = _typed()
     if not typed.body:
         return redirect(url_for("wizard.start"), 303)
-    names = [name for name in MEASUREMENTS if name in typed.answers]
+    order = guide.steps(typed.body)
+    names = [name for name in (*order, *MEASUREMENTS) if name in typed.answers]
+    names = list(dict.fromkeys(names))
     estimator = estimators()[typed.kind]
     return render_template(
         "wizard/review.html",
@@ -157,7 +163,7 @@ def review() -> Page:
         names=names,
         skipped={
             name: checks.estimate(name, typed, estimator)
-            for name in guide.steps(typed.body)
+            for name in order
             if name not in typed.answers
         },
         questions=_questions(typed),
@@ -166,6 +172,7 @@ def review() -> Page:
         faults={name: found for name in names if (found := _faults(name, typed))},
         bodies=guide.BODY_WORDS,
         labels=table_words.labels(),
+        words=guide.WORDS,
         symbols=symbols(typed.units),
         leg_words=guide.LEG_WORDS,
     )
@@ -404,7 +411,7 @@ def _step(name: str, typed: Typed, faults: Sequence[Refusal] = (), notice: str =
         label=table_words.label(name),
         words=guide.WORDS[name],
         how=table_words.how_to(name),
-        wear=guide.wear(name),
+        wear=guide.wear(name, typed.body),
         tape=guide.tape(name),
         helper=guide.helper(name),
         picture=guide.picture(name, typed),

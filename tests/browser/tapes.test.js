@@ -100,6 +100,7 @@ test("numbers are written as the server writes them", () => {
   assert.equal(show(74), "74.0");
   assert.equal(show(66.14, true), "5′ 6.1″");
   assert.equal(show(71.97, true), "6′ 0.0″");
+  assert.equal(show(15.25), "15.3");
   assert.equal(showSigned(-1.24), "\u22121.2");
   assert.equal(showSigned(0.31), "+0.3");
   assert.equal(showSigned(-0.04), "0.0");
@@ -157,7 +158,9 @@ test("a label says what was entered, or the range", () => {
   const portuguese = { ...english, decimal: ",", range: "{low} a {high}" };
   assert.equal(words({ ...row, asked: null, low: 70, high: 78 }, portuguese).note, "70,0 a 78,0");
   const tall = { name: "stature", unit: "in", taken: 66.14, asked: 66.14, low: 66.14, high: 66.14 };
-  assert.equal(words(tall, portuguese).value, "5′ 6,1″");
+  assert.equal(words(tall, portuguese).value, "5′ 6,14″");
+  const neck = { unit: "in", taken: 15.25, asked: 15.25, low: 15.25, high: 15.25 };
+  assert.equal(words(neck, english).value, "15.25 in");
 });
 
 test("the preview follows the slopes, in the shopper's units, and ranges keep their share", () => {
