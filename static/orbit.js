@@ -84,6 +84,25 @@ export function partDistance({ low, high, radius }, slope, aspect, { tall, wide 
   return Math.max(forHeight, forWidth) + radius;
 }
 
+const AROUND = 0.1; // metres that stay free above and below a part
+
+/**
+ * How far some points reach, seen from an azimuth: their heights with something around them, and
+ * how far sideways from the axis.
+ *
+ * @param {number[][]} points
+ * @param {number} azimuth
+ */
+export function extent(points, azimuth) {
+  const heights = points.map(([, y]) => y);
+  const [right, back] = [Math.cos(azimuth), Math.sin(azimuth)];
+  return {
+    low: Math.min(...heights) - AROUND,
+    high: Math.max(...heights) + AROUND,
+    radius: Math.max(...points.map(([x, , z]) => Math.abs(x * right - z * back))),
+  };
+}
+
 /** The point {x, y, z} from which an orbit looks. */
 export function position({ azimuth, polar, distance, height }) {
   const flat = distance * Math.sin(polar);

@@ -98,3 +98,28 @@ export function nearest(positions, side = 0.03) {
     return best;
   };
 }
+
+const SOLE = 0.02; // metres above the floor that still are sole
+
+/**
+ * Where the feet stand: how far each lies from the middle, and how far in front, in metres.
+ *
+ * @param {Float32Array} positions three numbers a point
+ */
+export function feet(positions) {
+  let [count, apart, back] = [0, 0, 0];
+  for (let i = 0; i < positions.length; i += 3) {
+    if (positions[i + 1] > SOLE) continue;
+    count += 1;
+    apart += Math.abs(positions[i]);
+    back += positions[i + 2];
+  }
+  return { apart: apart / Math.max(count, 1), back: back / Math.max(count, 1) };
+}
+
+/** The height of the highest of some points, at least 0. */
+export function highest(positions) {
+  let height = 0;
+  for (let i = 1; i < positions.length; i += 3) height = Math.max(height, positions[i]);
+  return height;
+}

@@ -5,6 +5,7 @@ import {
   VIEWS,
   between,
   ease,
+  extent,
   fitSlope,
   middleSlope,
   orbitOf,
@@ -64,6 +65,15 @@ test("a part fills its share of the frame, upwards or sideways, from its near si
   near(0.5 / (tall * 0.3), 0.8);
   const wide = partDistance({ low: 0.9, high: 1.1, radius: 0.4 }, 0.3, 0.5, shares) - 0.4;
   near(0.4 / (wide * 0.3 * 0.5), 0.5);
+});
+
+test("a part reaches as far as its farthest points, and has some room above and below", () => {
+  const points = [[0.2, 1.1, 0.05], [-0.1, 0.9, -0.3]];
+  const front = extent(points, 0);
+  near(front.low, 0.8);
+  near(front.high, 1.2);
+  near(front.radius, 0.2);
+  near(extent(points, Math.PI / 2).radius, 0.3);
 });
 
 test("a turn takes the shorter way round", () => {

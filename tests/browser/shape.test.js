@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { Shape } from "../../static/shape.js";
-import { nearest, vertexNormals } from "../../static/surface.js";
+import { feet, highest, nearest, vertexNormals } from "../../static/surface.js";
 
 const near = (actual, expected, tolerance = 1e-6) =>
   assert.ok(Math.abs(actual - expected) <= tolerance, `${actual} is not ${expected}`);
@@ -48,6 +48,16 @@ test("the nearest point is the one that a look at all of them finds", () => {
     }
     assert.equal(find(...place), best);
   }
+});
+
+test("feet are what touches the floor, and the height is the highest point's", () => {
+  const standing = Float32Array.of(0.1, 0.01, 0.2, -0.3, 0, 0.1, 0.5, 1.7, 0.9);
+  const { apart, back } = feet(standing);
+  near(apart, 0.2);
+  near(back, 0.15);
+  near(highest(standing), 1.7);
+  assert.deepEqual(feet(new Float32Array()), { apart: 0, back: 0 });
+  assert.equal(highest(new Float32Array()), 0);
 });
 
 test("changes add up, each by its step, and nought is the served body to the last bit", () => {

@@ -1,0 +1,182 @@
+/** The camera of the view in 3D: named views, eased ways between them, and the reader's pointer. */
+
+import { MathUtils, PerspectiveCamera, Vector3 } from "three";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+
+import {
+  DISTANCE,
+  VIEWS,
+  between,
+  clamp,
+  ease,
+  extent,
+  fitSlope,
+  middleSlope,
+  orbitOf,
+  partDistance,
+  position,
+} from "./orbit.js";
+
+const TURN_MILLISECONDS = 600;
+const NEAREST = 0.3; // of the distance at which the whole body is seen
+const FARTHEST = 1.6;
+
+export class Camera {
+  /** three.js's own, to draw with. */
+  lens = new PerspectiveCamera(30, 1, 0.05, 50);
+  #controls;
+  #figure;
+  #calm;
+  #draw;
+  #motion = null; // {start, end, since} while it is on its way
+
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {import("./figure.js").Figure} figure that it looks at
+   * @param {MediaQueryList} calm whether the reader wants little motion
+   * @param {{draw: () => void, turned: () => void}} heard what to do where it moves, and where the
+   *     reader takes hold of the body
+   */
+  constructor(canvas, figure, calm, { draw, turned }) {
+    this.#figure = figure;
+    this.#calm = calm;
+    this.#draw = draw;
+    const controls = new OrbitControls(this.lens, canvas);
+    controls.enableDamping = !calm.matches;
+    controls.minPolarAngle = 0.2;
+    controls.maxPolarAngle = Math.PI / 2 + 0.25; // a little from below, not from under the floor
+    // A thumb that strokes upwards scrolls the page; sideways it turns the body.
+    canvas.style.touchAction = "pan-y";
+    controls.addEventListener("start", () => {
+      this.#motion = null;
+      turned();
+    });
+    controls.addEventListener("change", () => {
+      this.#keepOnAxis();
+      draw();
+    });
+    this.#controls = controls;
+  }
+
+  /** A body is there: stand before it, and come no nearer or farther than it needs. */
+  begin() {
+    this.#stand(this.#whole("front"));
+    this.#controls.minDistance = NEAREST * DISTANCE;
+    this.#controls.maxDistance = FARTHEST * DISTANCE;
+  }
+
+  /** Go to a named view of the whole body. */
+  show(name) {
+    this.#goTo(this.#whole(name));
+  }
+
+  /** Come so near that some points, and not much else, are seen from an azimuth. */
+  showPart(points, azimuth, wide) {
+    const whole = { ...this.#whole("front"), azimuth };
+    const part = extent(points, azimuth);
+    const distance = partDistance(part, whole.slope, this.lens.aspect, { tall: 0.85, wide });
+    const height = (part.low + part.high) / 2;
+    this.#goTo({ ...whole, height, distance: Math.min(distance, DISTANCE) });
+  }
+
+  /** Come nearer by a factor; below 1, go away. */
+  zoom(factor) {
+    const now = this.#motion?.end ?? this.#orbit();
+    this.#goTo({ ...now, distance: now.distance / factor });
+  }
+
+  /** Turn by angles from where it stands or will stand. */
+  turn(azimuth, polar) {
+    const now = this.#motion?.end ?? this.#orbit();
+    const { minPolarAngle, maxPolarAngle } = this.#controls;
+    this.#goTo({
+      ...now,
+      azimuth: now.azimuth + azimuth,
+      polar: clamp(now.polar + polar, minPolarAngle, maxPolarAngle),
+    });
+  }
+
+  /** Where a point is seen in a frame of some size, and how near to straight on. */
+  see([x, y, z], facing, { width, height }) {
+    const point = new Vector3(x, y, z);
+    const towards = facing && this.lens.position.clone().sub(point).normalize();
+    const front = facing ? towards.dot(new Vector3(...facing)) : 1;
+    const { x: across, y: up } = point.project(this.lens);
+    return { x: ((1 + across) * width) / 2, y: ((1 - up) * height) / 2, front };
+  }
+
+  /** The frame has another shape: as much of the body stays in it as was. */
+  reshape(aspect) {
+    const before = this.#whole("front").slope;
+    this.lens.aspect = aspect;
+    const orbit = this.#orbit();
+    const slope = (orbit.slope / before) * this.#whole("front").slope;
+    if (this.#motion) this.#motion.end.slope *= slope / orbit.slope;
+    this.#stand({ ...orbit, slope });
+  }
+
+  /** Go on to where it is at a time. */
+  move(now) {
+    if (!this.#motion) {
+      this.#controls.update(); // where damping goes on, this asks for the next frame
+      return;
+    }
+    const { start, end, since } = this.#motion;
+    const share = (now - since) / TURN_MILLISECONDS;
+    if (share >= 1) this.#motion = null;
+    this.#stand(between(start, end, ease(share)));
+  }
+
+  /** The reader wants more or less motion than before. */
+  heedCalm() {
+    this.#controls.enableDamping = !this.#calm.matches;
+  }
+
+  dispose() {
+    this.#controls.dispose();
+  }
+
+  /** A named view of the whole body: with the camera and the lens of the still pictures. */
+  #whole(name) {
+    const { positions, height } = this.#figure;
+    const camera = { distance: DISTANCE, height: height / 2 };
+    const slope = fitSlope(positions, this.lens.aspect, camera);
+    const middle = middleSlope(positions, VIEWS[name].azimuth, camera);
+    return { ...VIEWS[name], distance: DISTANCE, height: camera.height + DISTANCE * middle, slope };
+  }
+
+  /** Panning goes up and down the body only, and not away from it. */
+  #keepOnAxis() {
+    if (!this.#figure.shape) return;
+    const { target } = this.#controls;
+    const kept = new Vector3(0, clamp(target.y, 0.05, this.#figure.height), 0);
+    this.lens.position.add(kept).sub(target);
+    target.copy(kept);
+  }
+
+  #orbit() {
+    const slope = Math.tan(MathUtils.degToRad(this.lens.fov) / 2);
+    return { ...orbitOf(this.lens.position, this.#controls.target.y), slope };
+  }
+
+  #stand(orbit) {
+    const { x, y, z } = position(orbit);
+    this.lens.position.set(x, y, z);
+    this.lens.fov = 2 * MathUtils.radToDeg(Math.atan(orbit.slope));
+    this.lens.updateProjectionMatrix();
+    this.#controls.target.set(0, orbit.height, 0);
+    this.#controls.update();
+    this.#draw();
+  }
+
+  #goTo(orbit) {
+    const { minDistance, maxDistance } = this.#controls;
+    const end = { ...orbit, distance: clamp(orbit.distance, minDistance, maxDistance) };
+    if (this.#calm.matches) {
+      this.#stand(end);
+      return;
+    }
+    this.#motion = { start: this.#orbit(), end, since: performance.now() };
+    this.#draw();
+  }
+}
