@@ -1,9 +1,9 @@
 """The live preview: how a body moves, and what it measures, as each entered value changes.
 
 The linear law of the entered measurements, `model.estimators`, taken about a body: a value that
-rises by one step adds one target to the vertices. About the linear estimate this is the law
-itself, about a body of the tape fit its likeness nearby. The measurements' own changes are first
-derivatives, by the chain of tapes, coefficients and law.
+rises by one step, a tenth of itself, adds one target to the vertices. About the linear estimate
+this is the law itself, about a body of the tape fit its likeness nearby. The measurements' own
+changes are first derivatives, by the chain of tapes, coefficients and law.
 """
 
 from dataclasses import dataclass
@@ -13,12 +13,12 @@ import numpy as np
 from model.anthropometry import TAKEN, TAPES
 from model.estimators import Estimator
 from model.geometry import Floats, Integers
-from model.measurements import MEASUREMENTS, MeasurementSet
+from model.measurements import MeasurementSet
 from model.tape_pieces import TapePieces
 from model.template_mesh import Body
 
-STEPS = {"m": 0.1, "kg": 10.0}
-"""What a target stands for, by unit: so much more than the value."""
+STEP = 0.1
+"""What a target stands for: so much more than the value, as a share of it."""
 
 SOLES = 0.01
 """Metres above the floor below which a vertex may come to be the lowest of a changed body."""
@@ -58,7 +58,7 @@ def morph_targets(estimator: Estimator, body: Body, asked: MeasurementSet) -> Mo
         raise ValueError("a body without entered values has no morph targets")
     known = np.array([name in asked for name in estimator.names])
     law = estimator.linear.law(known)[:, int(estimator.linear.fit_intercept) :]
-    steps = np.array([STEPS[MEASUREMENTS[name].unit] for name in asked])
+    steps = np.array([_step(value) for value in asked.values()])
     moves = estimator.basis.moves((law * steps).T)
     heights = body.vertices[:, 1]
     moves[..., 1] -= moves[:, heights.argmin(), 1][:, None]
@@ -70,6 +70,11 @@ def morph_targets(estimator: Estimator, body: Body, asked: MeasurementSet) -> Mo
         soles=np.flatnonzero(heights < heights.min() + SOLES),
         slopes=_slopes(estimator, body) @ law,
     )
+
+
+def _step(value: float) -> float:
+    """A tenth of a value, of two digits: alike for all, as the file's numbers have one grain."""
+    return float(f"{STEP * value:.2g}")
 
 
 def _slopes(estimator: Estimator, body: Body) -> Floats:

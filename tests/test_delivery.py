@@ -2,7 +2,9 @@
 
 import gzip
 import io
+import json
 import re
+import struct
 
 import brotli
 import pytest
@@ -82,6 +84,26 @@ def test_the_file_travels_light(client):
     }
     assert sizes[False] < 400_000
     assert sizes[True] < 1_500_000
+
+
+@pytest.mark.parametrize("kind", ["female", "male", "neutral"])
+def test_with_a_target_for_every_value_it_travels_light_too(client, kind):
+    rows = client.post("/api/v1/avatars", json=WOMAN | {"body": kind}).json["measurements"]
+    every = {
+        "body": kind,
+        "measurements": {row["name"]: round(row["taken"], 1) for row in rows},
+        "morph_targets": True,
+    }
+    content = client.post("/api/v1/avatars.glb", json=every).data
+    length = struct.unpack_from("<I", content, 12)[0]
+    mesh = json.loads(content[20 : 20 + length])["meshes"][0]
+    assert len(mesh["extras"]["targetNames"]) == 41
+    for encoding in UNPACKED:
+        packed = client.post(
+            "/api/v1/avatars.glb", json=every, headers={"Accept-Encoding": encoding}
+        )
+        assert packed.headers["Content-Encoding"] == encoding
+        assert len(packed.data) < 1_500_000, encoding
 
 
 def pieces(script):

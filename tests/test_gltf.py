@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 import trimesh
 
+from model.appearance import dress
 from model.estimators import load_estimators
-from model.gltf import to_glb
+from model.gltf import mirrored_order, to_glb
 from model.measurements import BODY_KINDS, MeasurementSet
 from model.morph_targets import morph_targets
 from model.template_mesh import Body, load_template_mesh
@@ -56,8 +57,19 @@ def test_the_points_are_the_bodys_to_a_hundredth_of_a_millimetre(body, glb):
     document, binary = read(glb)
     skin, _ = document["meshes"][0]["primitives"]
     positions = values(document, binary, skin["attributes"]["POSITION"])
-    n = len(body.vertices)
-    np.testing.assert_allclose(positions[:n], body.vertices, rtol=0, atol=1e-5)
+    order = mirrored_order(body.template, body.kind)
+    np.testing.assert_array_equal(np.sort(order), np.arange(len(order)))
+    np.testing.assert_allclose(positions, dress(body).positions[order], rtol=0, atol=1e-5)
+
+
+def test_each_point_stands_beside_its_mirror_image(body, glb):
+    document, binary = read(glb)
+    skin, _ = document["meshes"][0]["primitives"]
+    positions = values(document, binary, skin["attributes"]["POSITION"])
+    aside = np.flatnonzero(np.abs(positions[:, 0]) > 1e-4)
+    assert len(aside) > 13_000
+    left, right = positions[aside[::2]], positions[aside[1::2]]
+    np.testing.assert_allclose(left, right * [-1, 1, 1], atol=1e-4)
 
 
 def test_two_materials_share_one_set_of_points(glb):
@@ -114,7 +126,9 @@ def test_the_validator_finds_nothing_with_morph_targets():
     asked = MeasurementSet({"stature": 1.7, "weight": 70.0})
     body = estimator.estimate(asked)
     glb = to_glb(body, morphs=morph_targets(estimator, body, asked))
-    assert [len(p["targets"]) for p in read(glb)[0]["meshes"][0]["primitives"]] == [2, 2]
+    document = read(glb)[0]
+    assert [len(p["targets"]) for p in document["meshes"][0]["primitives"]] == [2, 2]
+    assert document["extensionsRequired"] == ["KHR_mesh_quantization"]
     code, issues = validated(glb)
     assert code == 0
     assert issues["messages"] == []

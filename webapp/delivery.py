@@ -51,6 +51,7 @@ def deliver(app: Flask) -> None:
         COMPRESS_MIMETYPES=ANSWERS,
         COMPRESS_STREAMS=False,
         COMPRESS_LEVEL=4,
+        COMPRESS_ZSTD_LEVEL=6,
         COMPRESS_MIN_SIZE=LEAST,
     )
     Compress(app)
