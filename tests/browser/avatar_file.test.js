@@ -8,22 +8,31 @@ import { test } from "node:test";
 import { Vector3 } from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 
+import { readGlb } from "../../static/glb.js";
+
 const root = path.join(import.meta.dirname, "../..");
-const MAKE = `
+const HEAD = `
 import sys
 from model.estimators import load_estimators
 from model.gltf import to_glb
 from model.measurements import MeasurementSet
+from model.morph_targets import morph_targets
 from model.rig import load_rig
-body = load_estimators()["female"].estimate(MeasurementSet({"stature": 1.68, "weight": 66.0}))
-sys.stdout.buffer.write(to_glb(body, rig=load_rig()))
+asked = MeasurementSet({"stature": 1.68, "weight": 66.0})
+estimator = load_estimators()["female"]
+body = estimator.estimate(asked)
 `;
 
+/** The file that the last argument of Python's words makes. */
+function file(made) {
+  const options = { cwd: root, maxBuffer: 2 ** 23 };
+  const words = `${HEAD}sys.stdout.buffer.write(${made})`;
+  const bytes = execFileSync(path.join(root, ".venv/bin/python"), ["-c", words], options);
+  return bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength);
+}
+
 async function avatar() {
-  const options = { cwd: root, maxBuffer: 2 ** 22 };
-  const bytes = execFileSync(path.join(root, ".venv/bin/python"), ["-c", MAKE], options);
-  const copy = bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength);
-  const { scene } = await new GLTFLoader().parseAsync(copy, "");
+  const { scene } = await new GLTFLoader().parseAsync(file("to_glb(body, rig=load_rig())"), "");
   scene.updateMatrixWorld(true);
   const meshes = [];
   scene.traverse((object) => object.isSkinnedMesh && meshes.push(object));
@@ -59,4 +68,26 @@ test("three.js reads the rig: still at rest, bent where a bone turns", async () 
     else right = Math.max(right, distance);
   }
   assert.ok(farthest > 0.2 && right < 1e-4, `${farthest} and ${right} m`);
+});
+
+test("three.js bends the body by its morph targets as the page does", async () => {
+  const glb = file("to_glb(body, morphs=morph_targets(estimator, body, asked))");
+  const { positions, targets } = readGlb(glb);
+  assert.deepEqual(targets.map(({ name }) => name), ["stature", "weight"]);
+  const { scene } = await new GLTFLoader().parseAsync(glb, "");
+  const skin = scene.getObjectByProperty("isMesh", true);
+  assert.deepEqual(Object.keys(skin.morphTargetDictionary), ["stature", "weight"]);
+  skin.morphTargetInfluences = [0.5, -0.25];
+  const shown = new Vector3();
+  let moved = 0;
+  for (let i = 0; i < positions.length / 3; i += 7) {
+    skin.getVertexPosition(i, shown);
+    const expected = [0, 1, 2].map((k) => {
+      const at = 3 * i + k;
+      return positions[at] + 0.5 * targets[0].moves[at] - 0.25 * targets[1].moves[at];
+    });
+    assert.ok(shown.distanceTo(new Vector3(...expected)) < 1e-5);
+    moved = Math.max(moved, Math.abs(expected[1] - positions[3 * i + 1]));
+  }
+  assert.ok(moved > 0.05, `${moved} m`);
 });
