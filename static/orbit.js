@@ -24,9 +24,13 @@ export const VIEWS = Object.freeze({
 export const DISTANCE = 3;
 export const MARGIN = 0.04;
 
+/** Width over height of the two still pictures. */
+export const STILL_ASPECT = 0.5;
+
 /**
  * The lens that the two still pictures have in a frame of some shape: front and side fit into it
- * at one scale, with a free edge.
+ * at one scale, with a free edge. A frame wider than the pictures shows no larger a body, so that
+ * the one in 3D takes a picture's place unnoticed.
  *
  * @param {Float32Array} positions three numbers a point
  * @param {number} aspect width over height of the frame
@@ -47,7 +51,8 @@ export function fitSlope(positions, aspect, { distance, height }) {
     take(spans.y, (y - height) / (distance + x));
   }
   const wide = ([low, high]) => (high - low) / (2 * (1 - 2 * MARGIN));
-  return Math.max(wide(spans.y), Math.max(wide(spans.x), wide(spans.z)) / aspect);
+  const across = Math.max(wide(spans.x), wide(spans.z));
+  return Math.max(wide(spans.y), across / Math.min(aspect, STILL_ASPECT));
 }
 
 /**

@@ -2,7 +2,7 @@
 
 import { readGlb } from "../../static/glb.js";
 import { REGIONS } from "../../static/regions.js";
-import { WOMAN, difference, expect, look, openAvatar, pixels, test } from "./site.js";
+import { WOMAN, difference, enter, expect, look, openAvatar, pixels, ready, test } from "./site.js";
 
 test.use({ viewport: { width: 700, height: 560 } });
 
@@ -222,6 +222,22 @@ test("beside the pictures the body has their camera and their scale", async ({ p
     expect(Math.abs(shown.width / picture.width - 1)).toBeLessThan(0.03);
   }
 });
+
+for (const size of [{ width: 1000, height: 800 }, { width: 360, height: 740 }]) {
+  test(`the body in 3D takes the still picture's place unnoticed, ${size.width} wide`, async ({ page }) => {
+    await page.setViewportSize(size);
+    await enter(page);
+    const still = page.locator("#viewer img");
+    await expect(still).toBeVisible();
+    await expect.poll(() => still.evaluate((image) => image.complete)).toBe(true);
+    const before = span(await pixels(page, await page.locator("#viewer").screenshot()));
+    await ready(page);
+    const after = span(await look(page));
+    expect(before.height).toBeGreaterThan(100);
+    expect(Math.abs(before.height / after.height - 1)).toBeLessThan(0.03);
+    expect(Math.abs(before.width / after.width - 1)).toBeLessThan(0.04);
+  });
+}
 
 /** How far a picture's body reaches: skin and cloth are far from the greys of the backdrop. */
 function span({ width, height, data }) {

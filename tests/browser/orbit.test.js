@@ -43,11 +43,15 @@ test("the fitted lens leaves a twenty-fifth free on the side that is the tightes
   // A flat cross in the plane of the axis: its slopes are its measures over the distance.
   const cross = Float32Array.of(-0.5, 0.9, 0, 0.5, 0.9, 0, 0, 0, 0, 0, 1.8, 0);
   const free = 1 - 2 * 0.04;
-  near(fitSlope(cross, 10, camera), 0.9 / 3 / free, 1e-6);
+  near(fitSlope(cross, 0.4, camera), 0.5 / 3 / free / 0.4, 1e-6);
+  // A wide frame shows it as large as the still pictures do.
+  for (const aspect of [0.5, 1, 10]) near(fitSlope(cross, aspect, camera), 0.5 / 3 / free / 0.5, 1e-6);
+  const narrow = Float32Array.of(-0.3, 0.9, 0, 0.3, 0.9, 0, 0, 0, 0, 0, 1.8, 0);
+  near(fitSlope(narrow, 10, camera), 0.9 / 3 / free, 1e-6);
   // In profile the cross's arms come nearer, but lie on the axis: front decides.
   near(fitSlope(cross, 0.1, camera), 0.5 / 3 / free / 0.1, 1e-6);
   const deep = Float32Array.of(0, 0.9, 1, 0, 0.9, -1, 0, 0.8, 0, 0, 1, 0);
-  near(fitSlope(deep, 1, camera), 1 / 3 / free, 1e-6);
+  near(fitSlope(deep, 1, camera), 1 / 3 / free / 0.5, 1e-6);
 });
 
 test("a body's middle is found from where it is looked at", () => {
