@@ -1,6 +1,6 @@
 /**
  * The avatar's page. What can be read stands there without this script; it brings the fields to
- * life at once and the body in 3D a little later, when the page has been painted.
+ * life at once, and the body in 3D at the reader's first touch or when the page has been at rest.
  */
 
 import { Editor } from "./editor.js";
@@ -10,12 +10,17 @@ import { Sender } from "./server.js";
 import { WORDS, fill } from "./words.js";
 
 const GHOST_STAYS = 2500; // milliseconds after the last change
+const REST = 2000; // milliseconds without a touch, after which the body in 3D comes by itself
+const TOUCHES = ["pointerdown", "pointermove", "touchstart", "wheel", "scroll", "keydown", "focusin"];
 
 async function start(element) {
   announce(element);
   const page = new Page(element);
-  // The still picture first: what draws in 3D is fetched when the page has been painted.
+  // The still picture first, which shows the same: what draws in 3D would hold a telephone up.
+  const touch = touched();
   await painted();
+  await Promise.race([touch, new Promise((resolve) => setTimeout(resolve, REST))]);
+  await idle();
   await page.open();
 }
 
@@ -25,6 +30,19 @@ async function painted() {
     await new Promise((resolve) => window.addEventListener("load", resolve, { once: true }));
   }
   await idle();
+}
+
+/** When the reader does anything at all. */
+function touched() {
+  return new Promise((resolve) => {
+    const over = new AbortController();
+    const heard = () => {
+      over.abort();
+      resolve();
+    };
+    const options = { signal: over.signal, capture: true, passive: true };
+    for (const touch of TOUCHES) window.addEventListener(touch, heard, options);
+  });
 }
 
 function idle() {

@@ -64,7 +64,7 @@ export async function openAvatar(page, person = WOMAN) {
 
 export async function ready(page) {
   await page.mouse.move(8, 8); // the body in 3D comes at the reader's first touch
-  await expect(page.locator("#viewer")).toHaveAttribute("data-state", "ready", { timeout: 20_000 });
+  await expect(page.locator("#viewer")).toHaveAttribute("data-state", "ready", { timeout: 60_000 });
 }
 
 /** Press Tab until the element has the focus, as somebody without a pointer does. */

@@ -37,6 +37,17 @@ test("front, side and back are three different pictures of a body", async ({ pag
   expect(difference(front, back)).toBeGreaterThan(0.005);
 });
 
+test("who touches nothing is let read first: the body in 3D comes after a rest", async ({ page }) => {
+  await enter(page);
+  await expect(page.locator("#viewer")).toHaveAttribute("data-state", "ready", { timeout: 60_000 });
+  const waited = await page.evaluate(() => {
+    const [loaded] = performance.getEntriesByType("navigation");
+    const file = performance.getEntriesByType("resource").find(({ name }) => name.endsWith(".glb"));
+    return file.startTime - loaded.loadEventStart;
+  });
+  expect(waited).toBeGreaterThan(1900);
+});
+
 test("the keys do what the buttons do", async ({ page }) => {
   await openAvatar(page);
   const byButton = {};
