@@ -14,6 +14,7 @@
 #   make words       the texts of the pages, gathered for the translations, which it compiles
 #   make bench       how long measuring takes, beside a peer's way, in one run (ARGS="--rounds 9")
 #   make lighthouse  Lighthouse's scores of the wizard and the avatar's page, on a slow telephone
+#   make frames      what each picture of the body in 3D costs, at rest, dragged and turning
 #   make fuzz        50,000 generated requests, none of which may be answered 5xx
 #   make faults      a real server, broken in the ways in which servers break
 #   make licences    docs/licences.md, from the metadata of what is installed
@@ -45,7 +46,7 @@ SCRIPTS := $(shell find static -path static/build -prune -o -name '*.js' -print 
 export PLAYWRIGHT_SKIP_BROWSER_DOWNLOAD := 1
 export NPM_CONFIG_UPDATE_NOTIFIER := false
 
-.PHONY: help run test lint format train population report guide words bench lighthouse fuzz faults licences lock clean
+.PHONY: help run test lint format train population report guide words bench lighthouse frames fuzz faults licences lock clean
 .DELETE_ON_ERROR:
 
 help:
@@ -120,6 +121,10 @@ bench: $(SITE)
 lighthouse: $(SITE) $(FRONT_END)
 	@scripts/require.sh chromium
 	@npm run --silent lighthouse
+
+frames: $(SITE) $(FRONT_END)
+	@scripts/require.sh chromium
+	@npm run --silent frames
 
 fuzz: $(DEV)
 	@$(BIN)/python scripts/fuzz.py $(ARGS)

@@ -4,96 +4,28 @@
  *
  *     npm run lighthouse                                  the site of this folder
  *     BASE_URL=http://127.0.0.1:8000 npm run lighthouse   a site that is already running
+ *     npm run lighthouse -- --page avatar                 one page only
  *     npm run lighthouse -- --report build/lighthouse     keep the whole reports
  *
  * Times are reckoned by Lighthouse from a load without a brake, so that other work on the machine
- * makes them longer: measure where nothing else runs.
+ * makes them longer: measure where nothing else runs. The machine's load is printed beside them.
+ * What a page does at the reader's first touch or after a rest is not seen here: frames.mjs tells
+ * what the view in 3D costs.
  */
 
-import { spawn } from "node:child_process";
-import { readFileSync, writeFileSync } from "node:fs";
-import { createServer } from "node:net";
-import path from "node:path";
-import { fileURLToPath } from "node:url";
+import { writeFileSync } from "node:fs";
+import { loadavg } from "node:os";
 import { parseArgs } from "node:util";
 
 import * as chromeLauncher from "chrome-launcher";
 import lighthouse from "lighthouse";
 
 import { launchOptions } from "../tests/browser/chromium.js";
+import { fillIn, serve } from "./served.mjs";
 
 const CATEGORIES = ["performance", "accessibility", "best-practices"];
 const LEAST = 95;
 const PAGES = { start: "/", step: "/measure/waist_girth", avatar: "/avatar" };
-const PERSON = {
-  body: "female",
-  units: "metric",
-  stature: "168",
-  weight: "64",
-  bust_girth: "92",
-  waist_girth: "74",
-  hip_girth: "100",
-};
-
-const root = path.resolve(path.dirname(fileURLToPath(import.meta.url)), "..");
-
-/** The deployed server on a free port, and how to stop it. */
-async function serve() {
-  if (process.env.BASE_URL) return { base: process.env.BASE_URL, stop: () => {} };
-  const port = await freePort();
-  const command = readFileSync(path.join(root, "Procfile"), "utf8").match(/^web: (.+)$/m)[1];
-  const server = spawn("sh", ["-c", `exec ${command}`], {
-    cwd: root,
-    stdio: ["ignore", "ignore", "inherit"],
-    env: {
-      ...process.env,
-      PATH: [path.join(root, ".venv/bin"), process.env.PATH].join(path.delimiter),
-      HOST: "127.0.0.1",
-      PORT: String(port),
-      FITTING_ROOM_LOCAL: "1",
-      SECRET_KEY: "only-for-lighthouse",
-      GUNICORN_CMD_ARGS: "--log-level warning",
-    },
-  });
-  const base = `http://127.0.0.1:${port}`;
-  for (let tries = 0; ; tries += 1) {
-    const answer = await fetch(`${base}/healthz`).catch(() => null);
-    if (answer?.ok) break;
-    if (tries > 240) throw new Error("The site does not start.");
-    await new Promise((resolve) => setTimeout(resolve, 500));
-  }
-  return { base, stop: () => server.kill("SIGTERM") };
-}
-
-function freePort() {
-  return new Promise((resolve) => {
-    const probe = createServer().listen(0, "127.0.0.1", () => {
-      const { port } = probe.address();
-      probe.close(() => resolve(port));
-    });
-  });
-}
-
-/** The cookie of a shopper who has filled in the form. */
-async function fillIn(base) {
-  const jar = new Map();
-  const take = (response) => {
-    for (const line of response.headers.getSetCookie()) {
-      const [pair] = line.split(";");
-      jar.set(pair.slice(0, pair.indexOf("=")), pair);
-    }
-    return response;
-  };
-  const cookie = () => [...jar.values()].join("; ");
-  const page = await take(await fetch(`${base}/numbers`)).text();
-  const token = page.match(/name="csrf_token" value="([^"]+)"/)[1];
-  const body = new URLSearchParams({ csrf_token: token, ...PERSON });
-  const headers = { Cookie: cookie(), Referer: `${base}/` };
-  take(await fetch(`${base}/numbers`, { method: "POST", body, headers, redirect: "manual" }));
-  const avatar = await fetch(`${base}/avatar`, { headers: { Cookie: cookie() }, redirect: "manual" });
-  if (avatar.status !== 200) throw new Error(`The avatar's page: status ${avatar.status}.`);
-  return cookie();
-}
 
 async function measure(url, cookie, port) {
   const { lhr, report } = await lighthouse(url, {
@@ -108,7 +40,7 @@ async function measure(url, cookie, port) {
 
 function tell(name, { audits, categories }) {
   const scores = CATEGORIES.map((id) => Math.round(100 * categories[id].score));
-  console.log(`\n${name}`);
+  console.log(`\n${name}, at a load of ${loadavg()[0].toFixed(1)}`);
   CATEGORIES.forEach((id, i) => console.log(`  ${id.padEnd(34)} ${scores[i]}`));
   for (const id of [
     "first-contentful-paint",
@@ -124,6 +56,9 @@ function tell(name, { audits, categories }) {
   const besides = items.filter(({ url }) => !/\.glb|\.png|\.webp/.test(url));
   const kilobytes = (list) => (list.reduce((sum, { transferSize }) => sum + transferSize, 0) / 1000).toFixed(0);
   console.log(`  ${"Transferred".padEnd(34)} ${kilobytes(items)} kB, of that besides the avatar and its pictures ${kilobytes(besides)} kB`);
+  for (const { url, startTime, duration } of audits["long-tasks"]?.details?.items ?? []) {
+    console.log(`    ${duration.toFixed(0)} ms from ${startTime.toFixed(0)} ms: ${url}`);
+  }
   for (const id of CATEGORIES) {
     for (const { id: audit, weight } of categories[id].auditRefs) {
       const { score, title } = audits[audit];
@@ -133,7 +68,12 @@ function tell(name, { audits, categories }) {
   return scores.every((score) => score >= LEAST);
 }
 
-const { values } = parseArgs({ options: { report: { type: "string" } } });
+const { values } = parseArgs({
+  options: {
+    report: { type: "string" },
+    page: { type: "string", multiple: true, default: Object.keys(PAGES) },
+  },
+});
 const { base, stop } = await serve();
 const { executablePath, args } = launchOptions();
 const chrome = await chromeLauncher.launch({
@@ -143,7 +83,8 @@ const chrome = await chromeLauncher.launch({
 let good = true;
 try {
   const cookie = await fillIn(base);
-  for (const [name, address] of Object.entries(PAGES)) {
+  for (const name of values.page) {
+    const address = PAGES[name];
     const { lhr, report } = await measure(`${base}${address}`, cookie, chrome.port);
     good = tell(`${name}, ${address}`, lhr) && good;
     if (values.report) writeFileSync(`${values.report}-${name}.html`, report);
