@@ -23,3 +23,18 @@ for (const colorScheme of ["light", "dark"]) {
     expect(await axe(page)).toEqual([]);
   });
 }
+
+test.describe("in Portuguese, in inches", () => {
+  test.use({ locale: "pt-PT", viewport: { width: 360, height: 700 } });
+
+  test("nothing of the sheet sticks out sideways on a telephone", async ({ page }) => {
+    await page.goto("/numbers");
+    await page.locator("button[value=imperial]").click();
+    await expect(page.locator("#stature-unit")).toHaveText("ft, in");
+    await enter(page, { body: "male", stature: "5'10 1/4", weight: "170", hip_girth: "39 1/2" });
+    await page.goto("/avatar/sheet");
+    await expect(page.locator("h1")).toHaveText("As suas medidas");
+    const overflow = () => document.documentElement.scrollWidth - window.innerWidth;
+    expect(await page.evaluate(overflow)).toBeLessThanOrEqual(0);
+  });
+});
