@@ -9,6 +9,7 @@ import { preview, toSi } from "./numbers.js";
 import { Sender } from "./server.js";
 import { WORDS, fill } from "./words.js";
 
+const NAMED = 3; // of the values that the body has not, as on the server
 const GHOST_STAYS = 2500; // milliseconds after the last change
 const REST = 2000; // milliseconds without a touch, after which the body in 3D comes by itself
 const TOUCHES = ["pointerdown", "pointermove", "touchstart", "wheel", "scroll", "keydown", "focusin"];
@@ -200,11 +201,17 @@ class Page {
   }
 
   #sayBody() {
-    const unmet = this.#rows.filter(
-      ({ asked, taken, unit, kind }) =>
-        asked !== null && Math.abs(toSi(asked - taken, unit)) > (kind === "mass" ? 0.1 : 0.001),
-    );
-    const names = unmet.map(({ label }) => label).join(", ");
+    const apart = ({ asked, taken }) => Math.abs(asked / taken - 1);
+    const unmet = this.#rows
+      .filter(
+        ({ asked, taken, unit, kind }) =>
+          asked !== null && Math.abs(toSi(asked - taken, unit)) > (kind === "mass" ? 0.1 : 0.001),
+      )
+      .sort((one, other) => apart(other) - apart(one));
+    const names = unmet
+      .slice(0, NAMED)
+      .map(({ label }) => label)
+      .join(", ");
     const place = document.querySelector("#verdict");
     const verdict = unmet.length ? fill(WORDS.unmet, { names }) : WORDS.met;
     this.#status.textContent = verdict;

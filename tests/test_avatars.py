@@ -60,7 +60,7 @@ def test_the_page_speaks_the_shoppers_units(client):
     client.send(body="male", units="imperial", stature="5'11", weight="170")
     client.get("/avatar")
     assert text(client.page.find(".//caption")) == "Lengths in inches, weight in pounds"
-    assert table(client.page)["stature"][0] == "5′ 11.0″"
+    assert table(client.page)["stature"][0] == "5′ 11.00″"
     assert table(client.page)["weight"][0] == "170.0"
 
 

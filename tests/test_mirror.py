@@ -157,3 +157,17 @@ def test_the_page_has_a_field_for_each_entered_value(shopper):
     # Without scripts it stays hidden, and the way back leads to the form.
     assert "hidden" in form.attrib
     assert any(text(link) == "Edit measurements" for link in shopper.page.iter("a"))
+
+
+def test_of_numbers_that_no_body_has_together_the_page_names_the_furthest_three(client):
+    numbers = {"stature": 168, "weight": 62.5, "bust_girth": 92, "waist_girth": 95}
+    numbers |= {"abdomen_girth": 82, "hip_girth": 99, "thigh_girth": 58, "mid_thigh_girth": 47}
+    with client.session_transaction() as session:
+        typed = {name: str(value) for name, value in numbers.items()}
+        session["typed"] = {"body": "female", "units": "metric"} | typed
+    rows = client.get("/avatar.json").json["measurements"]
+    apart = {row["label"]: abs(row["asked"] / row["taken"] - 1) for row in rows if row["asked"]}
+    client.get("/avatar")
+    furthest = sorted(apart, key=apart.get, reverse=True)[:3]
+    verdict = text(client.page.find(".//span[@id='verdict']"))
+    assert verdict.endswith(f"does not seem to go together: {', '.join(furthest)}.")

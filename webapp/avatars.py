@@ -53,6 +53,9 @@ CONTRADICTORY = _l(
     "Please check each number and its unit."
 )
 
+NAMED = 3
+"""Of the entered values that a body has not, the page's first sentence names so many."""
+
 STEPS: Mapping[units.Quantity, Mapping[units.Units, str]] = {
     "m": {"metric": "0.5", "imperial": "0.25"},
     "kg": {"metric": "0.5", "imperial": "1"},
@@ -259,13 +262,19 @@ def page() -> str | AnyResponse:
         "avatars/avatar.html",
         units=wanted.units,
         entered=entered,
-        unmet=[table_words.body_label(row.name) for row in entered if row.unmet],
+        unmet=[table_words.body_label(row.name) for row in _farthest(entered)],
         labels=table_words.body_labels(),
         estimated=estimated_groups(every),
         measurements=MEASUREMENTS,
         fields=[_field(row, wanted) for row in entered],
         pictures=not why_no_pictures(),
     )
+
+
+def _farthest(entered: Sequence[Row]) -> list[Row]:
+    """Of the entered values that the body has not, those that are furthest from it."""
+    unmet = [row for row in entered if row.unmet]
+    return sorted(unmet, key=lambda row: -abs((row.asked or 0) / row.taken - 1))[:NAMED]
 
 
 def _field(row: Row, wanted: AvatarRequest) -> Field:
