@@ -18,12 +18,17 @@ const PERSON = {
 
 const [site, file] = process.argv.slice(2);
 const browser = await chromium.launch(launchOptions());
-const page = await browser.newPage({ viewport: { width: 1120, height: 1060 } });
+const page = await browser.newPage({ viewport: { width: 1280, height: 1110 }, reducedMotion: "reduce" });
+page.setDefaultTimeout(180_000);
 await page.goto(new URL("/numbers", site).href);
 await page.check('input[name="body"][value="female"]');
 for (const [name, value] of Object.entries(PERSON)) await page.fill(`input[name="${name}"]`, value);
 await page.click("main form button.button[type=submit]");
+await page.mouse.move(8, 8);
 await page.waitForSelector('#viewer[data-state="ready"]');
 await page.waitForLoadState("networkidle");
+await page.focus("#edit-waist_girth"); // its tape, on the whole body
+await page.mouse.move(8, 300);
+await page.waitForTimeout(1000);
 await page.screenshot({ path: file });
 await browser.close();
