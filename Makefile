@@ -17,6 +17,7 @@
 #   make frames      what each picture of the body in 3D costs, at rest, dragged and turning
 #   make fuzz        50,000 generated requests, none of which may be answered 5xx
 #   make faults      a real server, broken in the ways in which servers break
+#   make audit       known weaknesses of the locked packages, where the registries tell of them
 #   make licences    docs/licences.md, from the metadata of what is installed
 #   make lock        the lock files, from pyproject.toml
 #   make clean       remove environments, packages and built files (not the secret in instance/,
@@ -30,6 +31,8 @@ PORT ?= 8000
 VENV := .venv
 POPULATION_VENV := .venv-population
 LOCK_VENV := .venv-lock
+AUDIT_VENV := .venv-audit
+FUZZ_VENV := .venv-fuzz
 BIN := $(VENV)/bin
 PIP_INSTALL := -m pip install -qq --disable-pip-version-check --no-deps
 
@@ -46,7 +49,7 @@ SCRIPTS := $(shell find static -path static/build -prune -o -name '*.js' -print 
 export PLAYWRIGHT_SKIP_BROWSER_DOWNLOAD := 1
 export NPM_CONFIG_UPDATE_NOTIFIER := false
 
-.PHONY: help run test lint format train population report guide words bench lighthouse frames fuzz faults licences lock clean
+.PHONY: help run test lint format train population report guide words bench lighthouse frames fuzz faults audit licences lock clean
 .DELETE_ON_ERROR:
 
 help:
@@ -73,7 +76,7 @@ test: $(VENV)/bin/python
 	@$(SIDE_BY_SIDE) $(DEV) $(FRONT_END)
 	@$(SIDE_BY_SIDE) types others
 	@echo "Testing the model and the site"
-	@$(BIN)/python -m pytest -q -n auto --dist loadfile
+	@$(BIN)/python -m pytest -q -n auto --dist loadfile --no-loadscope-reorder
 	@echo "Testing in the browser"
 	@PATH="$(CURDIR)/$(BIN):$$PATH" npm run --silent test:browser
 
@@ -126,8 +129,13 @@ frames: $(SITE) $(FRONT_END)
 	@scripts/require.sh chromium
 	@npm run --silent frames
 
+# Schemathesis stays apart: it has an environment of its own, which sees all of the other one.
 fuzz: $(DEV)
-	@$(BIN)/python scripts/fuzz.py $(ARGS)
+	@scripts/require.sh venv $(FUZZ_VENV)
+	@echo "$(CURDIR)/$$(echo $(VENV)/lib/python3*/site-packages)" >"$$(echo $(FUZZ_VENV)/lib/python3*)/site-packages/site.pth"
+	@$(FUZZ_VENV)/bin/python -m pip install -qq --disable-pip-version-check schemathesis \
+		|| echo "warning: fuzzing without Schemathesis, which could not be installed"
+	@$(FUZZ_VENV)/bin/python scripts/fuzz.py $(ARGS)
 
 faults: $(SITE)
 	@scripts/require.sh nginx
@@ -137,12 +145,19 @@ population: $(POPULATION)
 	@scripts/require.sh osmesa
 	@$(POPULATION_VENV)/bin/python -m model.training population $(ARGS)
 
+# A package that cannot be looked up is a failure too: silence is no answer.
+audit: $(NODE_MODULES)
+	@scripts/require.sh venv $(AUDIT_VENV)
+	@$(AUDIT_VENV)/bin/python -m pip install -qq --disable-pip-version-check pip-audit
+	@$(AUDIT_VENV)/bin/pip-audit --strict --require-hashes --disable-pip -r requirements.txt
+	@npm audit --omit=dev
+
 licences: $(DEV) $(NODE_MODULES)
 	@$(BIN)/python scripts/licences.py --write
 
 clean:
 	@echo "Removing environments, packages, built files and caches"
-	@rm -rf $(VENV) $(POPULATION_VENV) $(LOCK_VENV) node_modules static/build \
+	@rm -rf $(VENV) $(POPULATION_VENV) $(LOCK_VENV) $(AUDIT_VENV) $(FUZZ_VENV) node_modules static/build \
 		.hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache \
 		test-results playwright-report
 	@find $(PYTHON_CODE) -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true
