@@ -136,7 +136,7 @@ def forms(site: Flask, tally: Tally, times: int, number: int) -> None:
             response = client.get(page.replace("<name>", name), query_string=data)
             tally.count("forms", response, drawn)
 
-    _until(tally, "forms", sent, send, times, number)
+    _until(tally, "forms", sent, send, times, number, each=2)
 
 
 def _rules(site: Flask, method: str) -> list[str]:
@@ -156,11 +156,12 @@ def _until(
     send: Callable[[Any], None],
     times: int,
     number: int,
+    each: int = 1,
 ) -> None:
-    """Repeat until so many were sent: a run may end early, where an input sends two or none."""
+    """Repeat until so many were sent, some with each draw; a run may end early."""
     while (left := times - tally.total(way)) > 0:
         before = tally.total(way)
-        repeat(strategy, send, left, number)
+        repeat(strategy, send, -(-left // each), number)
         number += 1
         if tally.total(way) == before:
             raise AssertionError(f"nothing was sent in the way of {way}")
