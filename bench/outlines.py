@@ -14,6 +14,9 @@ WAVES = 0.03
 CLOTHED = (0.2, 0.82)
 """From the knees to the armpits, as shares of the height: what loose clothes hang on."""
 
+FINE_ROWS = 1200
+"""Pixels from crown to soles, as the page sends them."""
+
 _COARSE = 4
 _SHOULDER = (-0.04, 0.06)
 """Metres along the arm from its joint, over which a turn sets in."""
@@ -43,11 +46,12 @@ def with_arms(body: Body, left: tuple[float, float], right: tuple[float, float])
 def roughened(
     mask: Mask, share: float, height: float, random: np.random.Generator, cloth: float = 0.0
 ) -> NDArray[np.float32]:
-    """A mask whose outline is moved at every point by a share of the breadth there.
+    """A mask whose outline is moved at every point, so that breadths are off by a share.
 
     Parameters
     ----------
-    share : of the row's run of pixels that ends there, as a standard deviation.
+    share : of the row's run of pixels that ends there, as a standard deviation: each of its two
+        edges has its part.
     height : of the person, in metres.
     cloth : metres by which `CLOTHED` is thicker all around.
 
@@ -62,13 +66,14 @@ def roughened(
         breadths[row, start:end] = end - start
     outwards, nearest = ndimage.distance_transform_edt(~inside, return_indices=True)
     depths = ndimage.distance_transform_edt(inside) - outwards
+    depths -= 0.5 * np.sign(depths)  # between two pixels' middles lies the edge
     # Waves are long: a coarse grid of them is enough.
     coarse = tuple(-(-size // _COARSE) + 1 for size in inside.shape)
     length = WAVES / height * len(mask.cover) / _COARSE
     waves = ndimage.gaussian_filter(random.normal(size=coarse), length)
     waves = ndimage.zoom(waves / waves.std(), _COARSE, order=1)
     waves = waves[: inside.shape[0], : inside.shape[1]]
-    depths += share * breadths[tuple(nearest)] * waves
+    depths += share / np.sqrt(2) * breadths[tuple(nearest)] * waves
     above = 1 - (np.arange(len(inside)) - 30) / len(mask.cover)
     clothed = (above > CLOTHED[0]) & (above < CLOTHED[1])
     depths += clothed[:, None] * cloth / height * len(mask.cover)

@@ -1,14 +1,14 @@
 """How well outlines tell bodies apart, and how much they help: ``python -m bench silhouettes``.
 
 Held-out bodies of the population are seen by cameras that differ from person to person, their
-arms turned as no avatar's are, their outlines moved at every point by a share of the breadth
-there. The comparison knows the camera, not the arms.
+arms turned as no avatar's are, their outlines moved at every point so that breadths are off by a
+share. The comparison knows the camera, or has to estimate it; it never knows the arms.
 """
 
 import argparse
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -17,9 +17,10 @@ import numpy as np
 from joblib import Parallel, delayed
 from threadpoolctl import threadpool_limits
 
-from bench.outlines import roughened, with_arms
+from bench.outlines import FINE_ROWS, roughened, with_arms
 from model.anthropometry import measure_batch
-from model.cameras import Camera, Facing, Side
+from model.camera_estimate import estimate_camera
+from model.cameras import USUAL_CAMERA, Camera, Facing, Side
 from model.comparison import Comparison, compare
 from model.estimators import Estimator, load_estimators
 from model.geometry import Booleans, Floats
@@ -36,6 +37,7 @@ from model.training.validation import ENTERED
 EIGHT = ENTERED["the eight that the paper evaluates"]
 
 FEW = ("stature", "weight", "bust_girth", "hip_girth")
+FEW_WORDS = "4 entered: stature, weight, bust, hips"
 
 SIDES: tuple[Side, Side] = ("front", "profile")
 
@@ -49,6 +51,10 @@ NOISE = 0.01
 WAIST = 1.1
 CLOTH = 0.02
 
+ODD = 1.5
+"""A waist or a thigh is unusual that is so many deviations from what the law of people leads to
+expect of whoever has the entered values."""
+
 MARK = "<!-- what follows is written by python -m bench silhouettes --write -->\n"
 PAGE = Path(__file__).parent.parent / "docs" / "comparison.md"
 
@@ -57,12 +63,19 @@ PAGE = Path(__file__).parent.parent / "docs" / "comparison.md"
 class Told:
     """One known body: by view, beside its own outline, its avatar's, and a stouter body's.
 
-    true, avatar : IoU and mean outline distance in metres.
+    rough : IoU of the outline with noise and the one without.
+    true, avatar, unknown : IoU and mean outline distance in metres; the last of the true body,
+        beside which the camera is estimated from the avatar.
+    off : ndarray of shape (4,): by how many metres that camera's distance and height are off, and
+        the usual camera's.
     waists : photo less the stouter body at the waist's level, in metres; NaN where it is hidden.
     """
 
+    rough: Mapping[Side, float]
     true: Mapping[Side, tuple[float, float]]
     avatar: Mapping[Side, tuple[float, float]]
+    unknown: Mapping[Side, tuple[float, float]]
+    off: Floats
     waists: Mapping[Side, float]
 
 
@@ -95,21 +108,30 @@ def main(arguments: Sequence[str]) -> None:
     rows = chosen(max(options.known, options.bodies), options.seed)
     told = _each("telling apart", tell, rows[: options.known], options)
     helped = _each("refining", help_with, rows[: options.bodies], options)
+    few = _each("refining, few entered", help_with, rows[: options.bodies], options, entered=FEW)
+    odd = unusual(rows[: options.bodies], FEW)
+    trials = {"8 measurements entered": helped, FEW_WORDS: few}
+    for words, wanted in (("unusual", True), ("usual", False)):
+        trials[f"of those, {words} waist or thighs"] = [
+            one for one, is_odd in zip(few, odd.tolist(), strict=True) if is_odd == wanted
+        ]
     others: dict[str, dict[str, Any]] = {
-        "stature, weight, bust, hips entered": {"entered": FEW},
-        "three times the noise": {"noise": 3 * NOISE},
-        f"in clothes that stand off by {100 * CLOTH:.0f} cm": {"cloth": CLOTH},
+        "8 entered, the camera estimated": {"told": False},
+        "8 entered, three times the noise": {"noise": 3 * NOISE},
+        f"8 entered, in clothes that stand off by {100 * CLOTH:.0f} cm": {"cloth": CLOTH},
+        f"4 entered, in clothes that stand off by {100 * CLOTH:.0f} cm": {
+            "cloth": CLOTH,
+            "entered": FEW,
+        },
     }
     count = min(options.others, options.bodies)
-    further = {
-        words: _each(words, help_with, rows[:count], options, **how)
-        for words, how in others.items()
-    }
+    for words, how in others.items():
+        trials[words] = _each(words, help_with, rows[:count], options, **how)
     text = "\n".join(
         [
             *_told_lines(told),
             "",
-            *_helped_lines(helped, unusual(rows[: options.bodies]), further),
+            *_helped_lines(trials),
             "",
             f"`python -m bench silhouettes {' '.join(arguments)}`".replace(" `", "`")
             + f", seed {options.seed}, {datetime.now(UTC).date()}, bodies of "
@@ -142,32 +164,55 @@ def tell(row: int, seed: int) -> Told:
     """Compares one body's outlines with itself, with its avatar and with a stouter body."""
     estimator, body, random = _person(row, seed)
     asked = _values(body, EIGHT)
-    photos = _photographed(body, random, NOISE, 0.0)
+    photos, rough = _photographed(body, random, NOISE, 0.0)
     likely = Likely(load_population().coefficients[row], estimator.spread)
     kept = {name: asked[name] for name in ("stature", "inseam_height")}
     wanted = MeasurementSet(kept | {"waist_girth": WAIST * asked["waist_girth"]})
     stout = fit_to_tape(estimator, wanted, likely).body
     avatar = fit_to_tape(estimator, asked).body
+    camera, found = (
+        photos[0].camera,
+        estimate_camera({one.side: one.mask for one in photos}, avatar),
+    )
+    elsewhere = [replace(photo, camera=found) for photo in photos]
+    beside = (("true", photos, body), ("avatar", photos, avatar), ("stout", photos, stout))
     results: dict[str, dict[Side, Comparison]] = {
-        name: {photo.side: _compared(photo, other) for photo in photos}
-        for name, other in (("true", body), ("avatar", avatar), ("stout", stout))
+        name: {photo.side: _compared(photo, other) for photo in ones}
+        for name, ones, other in (*beside, ("unknown", elsewhere, body))
     }
+    pairs = {
+        name: {side: (one.iou, one.distance) for side, one in ones.items()}
+        for name, ones in results.items()
+    }
+    places = [(one.distance, one.height) for one in (camera, found, USUAL_CAMERA)]
+    true, *others = np.array(places)
     return Told(
-        true={side: (one.iou, one.distance) for side, one in results["true"].items()},
-        avatar={side: (one.iou, one.distance) for side, one in results["avatar"].items()},
+        rough=rough,
+        true=pairs["true"],
+        avatar=pairs["avatar"],
+        unknown=pairs["unknown"],
+        off=np.concatenate([other - true for other in others]),
         waists={side: _waist(one) for side, one in results["stout"].items()},
     )
 
 
 def help_with(
-    row: int, seed: int, entered: Sequence[str] = EIGHT, noise: float = NOISE, cloth: float = 0.0
+    row: int,
+    seed: int,
+    entered: Sequence[str] = EIGHT,
+    noise: float = NOISE,
+    cloth: float = 0.0,
+    told: bool = True,
 ) -> Helped:
-    """Refines one body by its outlines."""
+    """Refines one body by its outlines, with or without being told of the camera."""
     estimator, body, random = _person(row, seed)
     asked = _values(body, entered)
-    photos = _photographed(body, random, noise, cloth)
-    refined = refine(estimator, asked, photos)
+    photos, _ = _photographed(body, random, noise, cloth)
     first = fit_to_tape(estimator, asked).body
+    if not told:
+        camera = estimate_camera({photo.side: photo.mask for photo in photos}, first)
+        photos = [replace(photo, camera=camera) for photo in photos]
+    refined = refine(estimator, asked, photos)
     template = body.template
     seen = np.unique(template.faces[template.faces_of("torso", "upper_leg", "lower_leg")])
     before, after = (
@@ -181,21 +226,15 @@ def help_with(
     return Helped(before, after, max(lengths), refined.pull, refined.cloth)
 
 
-def unusual(rows: Sequence[int]) -> Booleans:
-    """Which bodies have a waist or a thigh unlike others of their sex, stature and weight.
-
-    The quarter of them whose girth is furthest from the plane through all, in deviations.
-    """
-    population = load_population()
-    neutral = load_estimators()["neutral"]
-    vertices = neutral.basis.vertices(population.coefficients[list(rows)])
-    names = ("stature", "weight", "waist_girth", "thigh_girth")
-    values = np.log(measure_batch(neutral.template, vertices, names))
-    given = np.column_stack([np.ones(len(rows)), population.sexes[list(rows)], values[:, :2]])
-    rest = values[:, 2:] - given @ np.linalg.lstsq(given, values[:, 2:], rcond=None)[0]
-    oddness = np.abs(rest / np.maximum(rest.std(axis=0), 1e-12)).max(axis=1)
-    odd: Booleans = oddness >= np.quantile(oddness, 0.75)
-    return odd
+def unusual(rows: Sequence[int], entered: Sequence[str]) -> Booleans:
+    """Which bodies have a waist or a thigh unlike what their entered values lead to expect."""
+    odd = []
+    for row in rows:
+        estimator, body, _ = _person(row, 0)
+        given = estimator.law.given(_values(body, entered))
+        own = _values(body, ("waist_girth", "thigh_girth"))
+        odd.append(max(abs(given.score(name, value)) for name, value in own.items()) > ODD)
+    return np.array(odd)
 
 
 def _person(row: int, seed: int) -> tuple[Estimator, Body, np.random.Generator]:
@@ -212,19 +251,21 @@ def _values(body: Body, names: Sequence[str]) -> MeasurementSet:
 
 def _photographed(
     body: Body, random: np.random.Generator, noise: float, cloth: float
-) -> list[Photo]:
-    """A body's rough outlines by one camera, its arms turned."""
+) -> tuple[list[Photo], dict[Side, float]]:
+    """A body's rough outlines by one camera, its arms turned; IoU of each with the smooth one."""
     camera = Camera(random.uniform(*DISTANCES), random.uniform(*HEIGHTS))
-    photos = []
+    photos, rough = [], {}
     for side in SIDES:
         arms = [(random.uniform(*LIFTS), random.uniform(*SWINGS)) for _ in range(2)]
         turned = with_arms(body, arms[0], arms[1])
         facing: Facing = "left" if side == "profile" and random.random() < 0.5 else "right"
-        mask: Mask = silhouette(turned, side, camera=camera, facing=facing)
+        mask: Mask = silhouette(turned, side, camera=camera, facing=facing, rows=FINE_ROWS)
         height = float(np.ptp(body.vertices[:, 1]))
-        rough = person(roughened(mask, noise, height, random, cloth))
-        photos.append(Photo(rough, side, camera, facing))
-    return photos
+        cover = roughened(mask, noise, height, random, cloth)
+        covers = cover, np.pad(mask.cover, (np.array(cover.shape) - mask.cover.shape)[0] // 2)
+        rough[side] = float(np.minimum(*covers).sum() / np.maximum(*covers).sum())
+        photos.append(Photo(person(cover), side, camera, facing))
+    return photos, rough
 
 
 def _compared(photo: Photo, body: Body) -> Comparison:
@@ -264,7 +305,14 @@ def _alone(task: Callable[..., Any], row: int, seed: int, **how: Any) -> Any:
 def _told_lines(told: Sequence[Told]) -> Iterable[str]:
     yield f"| {len(told)} known bodies | front | profile |"
     yield "|---|---|---|"
-    for name, words in (("true", "the true body"), ("avatar", "its avatar, from 8 measurements")):
+    rough = {side: np.array([one.rough[side] for one in told]) for side in SIDES}
+    cells = [f"{np.median(one):.4f} ({one.min():.4f})" for one in rough.values()]
+    yield f"| with noise and without it: overlap, median (least) | {' | '.join(cells)} |"
+    for name, words in (
+        ("true", "the true body"),
+        ("unknown", "the true body, the camera estimated"),
+        ("avatar", "its avatar, from 8 measurements"),
+    ):
         pairs = {side: np.array([getattr(one, name)[side] for one in told]) for side in SIDES}
         yield (
             "| "
@@ -309,23 +357,24 @@ def _told_lines(told: Sequence[Told]) -> Iterable[str]:
         )
         + " |"
     )
+    off = np.sqrt(np.mean([one.off**2 for one in told], axis=0))
+    yield ""
+    yield (
+        f"A camera that is not told is estimated from both outlines and the avatar. It is off by "
+        f"{off[0]:.2f} m in its distance and {off[1]:.2f} m in its height (root mean squares); "
+        f"the usual camera by {off[2]:.2f} m and {off[3]:.2f} m."
+    )
 
 
-def _helped_lines(
-    helped: Sequence[Helped], odd: Booleans, further: Mapping[str, Sequence[Helped]]
-) -> Iterable[str]:
+def _helped_lines(trials: Mapping[str, Sequence[Helped]]) -> Iterable[str]:
     yield (
         "| | bodies | all vertices, mm | falls by | trunk and legs, mm | falls by | nearer "
         "| largest miss of an entered length, mm | outlines given less pull |"
     )
     yield "|---|---|---|---|---|---|---|---|---|"
-    yield _row("8 measurements entered", helped)
-    yield _row(
-        "those with unusual waist or thighs",
-        [one for one, is_odd in zip(helped, odd, strict=True) if is_odd],
-    )
-    for words, ones in further.items():
-        yield _row(words, ones)
+    for words, ones in trials.items():
+        if ones:
+            yield _row(words, ones)
 
 
 def _row(words: str, ones: Sequence[Helped]) -> str:

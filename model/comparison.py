@@ -161,6 +161,9 @@ def photo_edges(mask: Mask, body: Body, side: Side, camera: Camera, facing: Faci
 def _compared(sheet: Sheet) -> Comparison:
     arms, hidden = sheet.arms()
     photo, avatar = sheet.photo & ~arms, sheet.upright & ~arms
+    # Pixels at an edge count by their parts; those at a seam, of which arms have a part, do not.
+    judged = ~ndimage.binary_dilation(arms, np.ones((3, 3), dtype=bool))
+    covers = sheet.cover[judged], sheet.upright_cover[judged]
     levels, unseen = _levels(sheet, arms, hidden)
     return Comparison(
         side=sheet.side,
@@ -170,7 +173,7 @@ def _compared(sheet: Sheet) -> Comparison:
         photo=sheet.photo,
         avatar=sheet.whole,
         arms=arms,
-        iou=float((photo & avatar).sum() / (photo | avatar).sum()),
+        iou=float(np.minimum(*covers).sum() / np.maximum(*covers).sum()),
         distance=_apart(photo, avatar, arms) * sheet.step,
         levels=tuple(levels),
         unseen=tuple(unseen),
@@ -195,7 +198,8 @@ def _levels(sheet: Sheet, arms: Booleans, hidden: Booleans) -> tuple[list[Level]
         parts = LEG if leg else UPRIGHT
         avatar = contour(template, sheet.flat, parts, sheet.heights(near)).positions.mean(axis=0)
         photo = None
-        if leg or not hidden[:, int(height)].any():
+        behind = sheet.side == "profile" and (arms & sheet.photo)[near.start : near.stop].any()
+        if leg or not (behind or hidden[:, int(height)].any()):
             photo = sheet.breadth(near, arms, avatar, legs=leg)
         if photo is None:
             unseen.append(name)

@@ -2,8 +2,8 @@
 
 The sheet is the upright plane through the body's axis, seen from the photo's camera, in pixels of
 equal size. The photo is scaled by the stature, between crown and soles, put on the ground, and
-moved sideways until both have most in common. Arms rarely hang as the avatar's do; where they may
-be is found here.
+moved sideways until both have most in common. Arms rarely hang as the avatar's do; where they
+hang, or may, is found here.
 """
 
 from collections.abc import Iterable
@@ -11,11 +11,12 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
+from scipy import ndimage
 
 from model.cameras import Camera, Facing, Side, seen
 from model.geometry import Booleans, Floats, Integers
 from model.masks import LIGHT, Mask, runs
-from model.silhouette import ROWS, UPRIGHT, fill, towards_camera
+from model.silhouette import ARMS, ROWS, UPRIGHT, cover, fill, towards_camera
 from model.template_mesh import Body
 
 MARGIN = 24
@@ -27,8 +28,15 @@ FREE = 0.3
 ARMS_END = 0.30
 """Of the stature: lower down there are no hands, of whoever stands upright."""
 
-_SWING = 0.2
-"""Radians that arms may hang forwards or backwards of the avatar's."""
+_SWINGS = np.linspace(-0.25, 0.25, 21)
+"""Radians by which arms may be turned about the shoulder from the avatar's, in the picture."""
+
+_STRETCHES = np.linspace(0.85, 1.25, 9)
+"""From the side an arm is the longer the less it is lifted sideways: beside the avatar's, which
+are lifted by some 35°."""
+
+_COARSE = 4
+"""Pixels to one of the picture in which arms are looked for: some 8 mm."""
 
 HANDS_END = 0.36
 """Of the stature: down to here a hand may lie on a thigh, unseen."""
@@ -49,6 +57,7 @@ class Sheet:
     origin : column and row of the body's axis on the floor.
     points : ndarray of shape (V, 2), the body's vertices: columns and rows.
     upright, whole : ndarrays of bool, (h, w): the body without its arms, and with them.
+    upright_cover : ndarray of shape (h, w): how much of a pixel is the body without its arms.
     cover, photo : ndarrays of shape (h, w): how much of a pixel is person, and whether it is.
     place : see `model.comparison.Comparison`.
     overlap : what both have in common, as a share of what either has, arms included.
@@ -76,10 +85,11 @@ class Sheet:
         self.points = self.origin + self.flat / self.step * [1, -1]
         upright = template.faces_of(*UPRIGHT)
         shown = [towards_camera(self.points, template.faces[part]) for part in (upright, ~upright)]
-        self.upright = fill(self.points, shown[0], self.size)
+        self.upright_cover = cover(self.points, shown[0], self.size)
+        self.upright: Booleans = self.upright_cover >= LIGHT
         self.whole = self.upright | fill(self.points, shown[1], self.size)
         left = half - mask.cover.shape[1] / ratio / 2
-        left += self._shift(_laid(mask, left, ratio, self.size) >= LIGHT)
+        left += self._shift(_laid(mask, left, ratio, self.size))
         self.cover = _laid(mask, left, ratio, self.size)
         self.photo: Booleans = self.cover >= LIGHT
         scale = ratio * mask.scale
@@ -87,11 +97,13 @@ class Sheet:
         common, either = self.photo & self.whole, self.photo | self.whole
         self.overlap = float(common.sum() / either.sum())
 
-    def _shift(self, photo: Booleans) -> float:
+    def _shift(self, photo: NDArray[np.float32]) -> float:
         """How far to the right the photo goes, in pixels, to have most in common."""
         width = self.size[0]
         # Every third row tells enough.
-        spectra = [np.fft.rfft(mask[::3], 2 * width, axis=1) for mask in (self.upright, photo)]
+        spectra = [
+            np.fft.rfft(mask[::3], 2 * width, axis=1) for mask in (self.upright_cover, photo)
+        ]
         common = np.fft.irfft((spectra[0] * spectra[1].conj()).sum(axis=0), 2 * width)
         peak = int(common.argmax())
         before, at, after = common[[peak - 1, peak, (peak + 1) % (2 * width)]]
@@ -120,11 +132,14 @@ class Sheet:
         for row, start, end in zip(rows[~kept], starts[~kept], ends[~kept], strict=True):
             arms[row, start:end] = True
         shoulder = self.landmark_row("acromion_left")
+        outside = ~self.upright
         if self.side == "profile":
             # An arm that hangs is before the trunk or behind it: what it hides there is not known.
-            arms |= self._swung() & ~self.upright
+            arms |= self._unknown(self._hanging() & outside, first, last)
             return arms, hidden
-        outside = ~self.upright
+        # A shoulder, where the arm begins, is as high as the arm is lifted.
+        low = self.landmark_row("axilla_left")
+        arms[:low] |= self._shoulders()[:low] & outside[:low]
         columns = np.arange(width)
         for side in (0, 1):
             apart = np.zeros(height, dtype=bool)
@@ -143,19 +158,70 @@ class Sheet:
             arms |= hidden[side][:, None] & beyond & outside
         return arms, hidden
 
-    def _swung(self) -> Booleans:
-        """Where arms may be from the side, forwards and backwards of where the avatar has them."""
-        template = self.body.template
-        reach = np.zeros_like(self.upright)
+    def _unknown(self, arms: Booleans, first: Integers, last: Integers) -> Booleans:
+        """Of where arms may be, that which the photo's figure does not reach beyond.
+
+        Where it does, it is no arm that is seen there, but a belly, or cloth.
+
+        Parameters
+        ----------
+        arms : ndarray of bool, (h, w), outside the avatar.
+        first, last : ndarrays of shape (h,), where the photo's figure begins and ends.
+        """
+        columns = np.arange(arms.shape[1])
+        starts, ends = edges_of_figure(self.upright)
+        ahead, behind = arms & (columns < starts[:, None]), arms & (columns >= ends[:, None])
+        reaches = (
+            first < edges_of_figure(ahead)[0] - SMOOTH,
+            last > edges_of_figure(behind)[1] + SMOOTH,
+        )
+        unknown: Booleans = ahead & ~reaches[0][:, None] | behind & ~reaches[1][:, None]
+        return unknown | arms & ~ahead & ~behind
+
+    def _hanging(self) -> Booleans:
+        """Where the photo's arms hang, seen from the side, as far as they can be told.
+
+        Of all ways in which an arm may be turned and foreshortened, the one by which it covers
+        most of what the photo has outside the avatar, and least of where it has nothing.
+        """
+        table = np.where(self.photo, 1, -1)
+        table[self.upright] = 0
+        found = np.zeros((-(-self.size[1] // _COARSE), -(-self.size[0] // _COARSE)), dtype=bool)
         for side in ("left", "right"):
-            parts = [f"{part}_{side}" for part in ("upper_arm", "lower_arm", "hand")]
-            faces = template.faces[template.faces_of(*parts)]
-            joint = self.place_of(f"acromion_{side}")
-            for angle in (-_SWING, 0.0, _SWING):
-                cosine, sine = np.cos(angle), np.sin(angle)
-                turned = joint + (self.points - joint) @ [[cosine, sine], [-sine, cosine]]
-                reach |= fill(turned, towards_camera(turned, faces), self.size)
-        return reach
+            ways = self._turned(side, ARMS, _STRETCHES)
+            kept = ways.clip(0, np.array(self.size) - 1)
+            scores = table[kept[..., 1], kept[..., 0]].sum(axis=1)
+            best = kept[int(scores.argmax())] // _COARSE
+            found[best[:, 1], best[:, 0]] = True
+        return self._fine(found)
+
+    def _shoulders(self) -> Booleans:
+        """Where upper arms may be from the front, turned from where the avatar has them."""
+        found = np.zeros((-(-self.size[1] // _COARSE), -(-self.size[0] // _COARSE)), dtype=bool)
+        for side in ("left", "right"):
+            ways = self._turned(side, ARMS[:1], np.ones(1)).clip(0, np.array(self.size) - 1)
+            found[ways[..., 1] // _COARSE, ways[..., 0] // _COARSE] = True
+        return self._fine(found)
+
+    def _turned(self, side: str, names: tuple[str, ...], stretches: Floats) -> Integers:
+        """Pixels of an arm's parts, turned and stretched: (ways, n, 2), column and row."""
+        template = self.body.template
+        faces = template.faces[template.faces_of(*(f"{name}_{side}" for name in names))]
+        faces = towards_camera(self.points, faces)
+        size = (-(-self.size[0] // _COARSE), -(-self.size[1] // _COARSE))
+        rows, columns = np.nonzero(fill(self.points / _COARSE, faces, size))
+        joint = self.place_of(f"acromion_{side}")
+        apart = (np.column_stack([columns, rows]) + 0.5) * _COARSE - joint
+        turns = np.array([[[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]] for a in _SWINGS])
+        stretched = apart[None] * np.column_stack([np.ones(len(stretches)), stretches])[:, None]
+        ways = joint + np.einsum("sni,aij->sanj", stretched, turns).reshape(-1, len(apart), 2)
+        return ways.astype(np.int64)
+
+    def _fine(self, coarse: Booleans) -> Booleans:
+        """A coarse picture on the sheet, with a little around: hands are not all held alike."""
+        wide = ndimage.binary_dilation(coarse, np.ones((3, 3), dtype=bool), iterations=2)
+        fine: Booleans = wide.repeat(_COARSE, axis=0).repeat(_COARSE, axis=1)
+        return fine[: self.size[1], : self.size[0]]
 
     def _ends_freely(self, row: int, side: int, first: Integers, last: Integers) -> bool:
         """Whether below this row, the last where an arm stands off, the leg grows no broader."""

@@ -24,6 +24,9 @@ UPRIGHT = ("head_neck", "torso", "upper_leg", "lower_leg", "foot")
 
 LEG = ("upper_leg_left", "lower_leg_left")
 
+_PARTS = 4
+"""Parts of a pixel's breadth that are told apart where it is said how much of it is covered."""
+
 _STEEPEST = 2.0
 """An outline that runs more level than this, metres sideways for one upwards, has no edge that a
 row tells: its slope is held here."""
@@ -68,6 +71,23 @@ def fill(points: Floats, faces: NDArray[np.int32], size: tuple[int, int]) -> Boo
     return inside
 
 
+def cover(points: Floats, faces: NDArray[np.int32], size: tuple[int, int]) -> NDArray[np.float32]:
+    """How much of each pixel lies in triangles, along the row through its middle.
+
+    Parameters
+    ----------
+    points, faces, size : see `fill`.
+
+    Returns
+    -------
+    ndarray of float32, shape (height, width), from 0 to 1.
+    """
+    width, height = size
+    fine = fill(points * [_PARTS, 1], faces, (_PARTS * width, height))
+    parts = fine.reshape(height, width, _PARTS)
+    return np.asarray(parts.mean(axis=2, dtype=np.float32))
+
+
 def towards_camera(points: Floats, faces: NDArray[np.int32]) -> NDArray[np.int32]:
     """The triangles that turn their outside to the camera: those of a body cover all of it.
 
@@ -82,16 +102,20 @@ def towards_camera(points: Floats, faces: NDArray[np.int32]) -> NDArray[np.int32
 
 
 def silhouette(
-    body: Body, side: Side, *, camera: Camera = USUAL_CAMERA, facing: Facing = "right"
+    body: Body,
+    side: Side,
+    *,
+    camera: Camera = USUAL_CAMERA,
+    facing: Facing = "right",
+    rows: int = ROWS,
 ) -> Mask:
-    """A body's outline as a camera sees it, arms included, `ROWS` high."""
+    """A body's outline as a camera sees it, arms included, so many rows high."""
     flat = seen(body.vertices, side, camera, facing)
     low, high = flat.min(axis=0), flat.max(axis=0)
-    step = (high[1] - low[1]) / ROWS
+    step = (high[1] - low[1]) / rows
     points = np.column_stack([flat[:, 0] - low[0], high[1] - flat[:, 1]]) / step
-    size = (int(np.ceil(points[:, 0].max())), ROWS)
-    cover = fill(points, towards_camera(points, body.template.faces), size).astype(np.float32)
-    return Mask(cover, 0.0, 0.0, 1.0)
+    size = (int(np.ceil(points[:, 0].max())), rows)
+    return Mask(cover(points, towards_camera(points, body.template.faces), size), 0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)

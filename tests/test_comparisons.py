@@ -57,25 +57,38 @@ def test_the_avatars_own_outline_is_the_same(client):
     answer = send(client, **pictures).json
     assert list(answer) == ["front", "profile"]
     for view in answer.values():
-        assert set(view) == {"iou", "mean_outline_distance_cm", "levels", "overlay_png"}
+        contract = {"iou", "mean_outline_distance_cm", "levels", "overlay_png"}
+        assert set(view) == contract | {"camera", "arms", "unseen"}
+        assert view["arms"] == "left_out"
+        assert view["camera"]["estimated"] == ["distance", "height"]
         assert view["iou"] > 0.985
-        assert view["mean_outline_distance_cm"] < 0.1
+        assert view["mean_outline_distance_cm"] < 0.15
         for level in view["levels"]:
             assert level["photo_cm"] == pytest.approx(level["avatar_cm"], abs=0.25), level
         assert picture(view["overlay_png"]).height > 900
-    for side, least in (("front", 7), ("profile", 10)):
+    for side, least in (("front", 7), ("profile", 7)):
         names = [level["measurement"] for level in answer[side]["levels"]]
         assert len(names) >= least
         assert "waist_girth" in names
+        assert not {*names} & {*answer[side]["unseen"]}
 
 
 def test_it_is_seen_by_the_photos_camera_and_from_either_side(client):
     camera = {"distance": 1.8, "height": 1.4}
     profile = outline(client, "profile", camera=camera, facing="left")
-    right = send(client, PERSON | {"camera": camera}, profile=profile).json["profile"]
-    wrong = send(client, profile=profile).json["profile"]
+    usual = {"distance": 3.0, "height": 0.9}
+    right, wrong, found = (
+        send(client, PERSON | told, profile=profile).json["profile"]
+        for told in ({"camera": camera}, {"camera": usual}, {})
+    )
+    assert right["camera"] == camera | {"estimated": []}
     assert right["iou"] > 0.985
     assert right["iou"] > wrong["iou"] + 0.01
+    # What is not told is estimated, mostly how steeply the camera looks at the feet.
+    assert found["iou"] > wrong["iou"] + 0.01
+    half = send(client, PERSON | {"camera": {"distance": 1.8}}, profile=profile).json["profile"]
+    assert half["camera"]["estimated"] == ["height"]
+    assert half["camera"]["height"] == pytest.approx(1.4, abs=0.1)
 
 
 def test_a_jpeg_and_a_plain_field_are_read_too(client):
@@ -260,9 +273,10 @@ def test_the_camera_is_told_in_the_shoppers_units(shopper):
     front = outline(shopper, "front", person, camera=camera)
     right, wrong = (
         answered(shopper, front=front, camera_distance=distance, camera_height="150").json
-        for distance in ("2 m", "")
+        for distance in ("2 m", "3 m")
     )
     assert right["front"]["iou"] > wrong["front"]["iou"]
+    assert right["front"]["camera"] == {"distance": 2.0, "height": 1.5, "estimated": []}
     refused = answered(shopper, front=front, camera_distance="99", camera_height="high")
     assert faults(refused) == {
         ("camera_distance", "out_of_range"),
@@ -277,6 +291,39 @@ def test_the_page_shows_before_and_after(shopper):
     picture(answer["refinement"]["front"]["avatar_png"])
     labels = {row["name"]: row["label"] for row in answer["refinement"]["measurements"]}
     assert labels["stature"] == "Height"
+
+
+def test_the_refined_body_is_taken_along_until_a_value_changes(shopper):
+    person = {"body": "male", "measurements": {"stature": 178, "weight": 80, "waist_girth": 94}}
+
+    def waist():
+        numbers = shopper.get("/avatar.json").json["measurements"]
+        return next(row["taken"] for row in numbers if row["name"] == "waist_girth")
+
+    alone = waist()
+    changes = answered(shopper, front=outline(shopper, "front", person), refine="1").json
+    changes = changes["refinement"]
+    assert waist() == alone, "nothing is kept unless it is asked for"
+    after = next(row["after"] for row in changes["measurements"] if row["name"] == "waist_girth")
+    assert abs(after - alone) > 0.5
+    shopper.get("/compare")
+    token = {"csrf_token": shopper.page.find(".//input[@name='csrf_token']").get("value")}
+    forged = {"refined": changes["take"][:-2] + "xx"}
+    assert shopper.post("/compare/body", data=token | forged).status_code == 400
+    taken = token | {"refined": changes["take"]}
+    assert shopper.post("/compare/body", data=taken).location == "/avatar"
+    assert waist() == pytest.approx(after, abs=0.01)
+    shopper.get("/avatar")
+    assert "The outline of your photo has a say" in text(shopper.page.find(".//main"))
+    assert b"by the outline of a photo" in shopper.get("/avatar.glb").data
+    shopper.post("/compare/body", data=token | {"leave": "1"})
+    assert waist() == alone
+    shopper.post("/compare/body", data=taken)
+    shopper.send(**TYPED | {"weight": "81"})
+    shopper.get("/avatar")
+    assert "The outline of your photo" not in text(shopper.page.find(".//main"))
+    shopper.send(**TYPED)
+    assert waist() == alone
 
 
 def test_a_page_without_its_token_is_not_answered(site):

@@ -96,8 +96,10 @@ def comparison() -> Response:
     wanted = _read(asked, COMPARISON_MEMBERS)
     masks = comparisons.masks_sent()
     avatar = make_avatar(wanted)
-    views = comparisons.compare_all(avatar, masks)
-    content: dict[str, Any] = {side: comparisons.document(view) for side, view in views.items()}
+    views = comparisons.compare_all(avatar, masks, comparisons.camera_of(avatar, masks))
+    content: dict[str, Any] = {
+        side: comparisons.document(view, wanted.told) for side, view in views.items()
+    }
     if wanted.refine:
         improved = comparisons.improve(avatar, masks, views)
         content["refinement"] = comparisons.refinement(avatar, improved)

@@ -31,7 +31,7 @@ from model.rendering import RenderingUnavailable, render_png, render_webp
 from model.rig import rig_of
 from model.tape_fit import fit_to_tape
 from model.template_mesh import Body
-from webapp import metrics, table_words, units
+from webapp import metrics, refined, table_words, units
 from webapp.answers import LEG, Typed
 from webapp.forms import AvatarRequest, Limits, Refusal, Refused
 from webapp.language import decimal
@@ -125,7 +125,10 @@ def make_avatar(wanted: AvatarRequest) -> Avatar:
     """
     estimator = estimators()[wanted.body]
     try:
-        if wanted.fit == "tape":
+        taken_along = refined.unpacked(estimator, wanted.asked, wanted.refined)
+        if taken_along is not None:
+            body = taken_along
+        elif wanted.fit == "tape":
             body = fit_to_tape(estimator, wanted.asked).body
         else:
             body = estimator.estimate(wanted.asked)
@@ -196,6 +199,8 @@ def glb(avatar: Avatar) -> Response:
             row.name: {"asked": row.asked, "taken": round(row.taken, 5)} for row in rows(avatar)
         },
     }
+    if avatar.wanted.refined:
+        extras["refined"] = "by the outline of a photo"
     if avatar.wanted.morph_targets:
         morphs = morph_targets(avatar.estimator, avatar.body, avatar.wanted.asked)
         content = to_glb(avatar.body, extras, measured=avatar.measured.values, morphs=morphs)
@@ -268,6 +273,7 @@ def page() -> str | AnyResponse:
         measurements=MEASUREMENTS,
         fields=[_field(row, wanted) for row in entered],
         pictures=not why_no_pictures(),
+        refined=bool(wanted.refined),
     )
 
 
@@ -319,9 +325,18 @@ def light_side(side: Side) -> Response:
 def shown_request() -> AvatarRequest | None:
     """What the session's answers ask for; None where they make no request."""
     try:
-        return Typed.of(session.get("typed", {})).read(limits())
+        wanted = Typed.of(session.get("typed", {})).read(limits())
     except Refused:
         return None
+    return replace(wanted, refined=_taken_along(wanted))
+
+
+def _taken_along(wanted: AvatarRequest) -> str:
+    """What an outline made of this very body, where the shopper took it along."""
+    text = refined.kept()
+    if text and refined.unpacked(estimators()[wanted.body], wanted.asked, text) is None:
+        return ""
+    return text
 
 
 def shown(*, morph_targets: bool = False) -> Avatar:

@@ -6,15 +6,27 @@ in memory until it is answered.
 
 import base64
 import io
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import IO, Any
 
-from flask import Blueprint, Request, Response, jsonify, redirect, render_template, request, url_for
+from flask import (
+    Blueprint,
+    Request,
+    Response,
+    abort,
+    flash,
+    jsonify,
+    redirect,
+    render_template,
+    request,
+    url_for,
+)
 from flask_babel import gettext
 from flask_babel import lazy_gettext as _l
 from werkzeug.wrappers import Response as AnyResponse
 
+from model.camera_estimate import estimate_camera
 from model.cameras import Camera, Side
 from model.comparison import Comparison, compare
 from model.comparison_pictures import difference, filled, overlay, projection
@@ -22,11 +34,11 @@ from model.masks import MOST_ACROSS, MOST_BYTES, MOST_PIXELS, Mask, PictureRefus
 from model.measurements import MEASUREMENTS
 from model.refinement import Photo, Refined, refine
 from model.rendering import RenderingUnavailable, render_png
-from webapp import units
+from webapp import refined, units
 from webapp.avatars import Avatar, avatar_of, make_avatar, shown_request
 from webapp.forms import CAMERA_LIMITS, AvatarRequest, Refusal, Refused
+from webapp.sessions import cookie_fits
 from webapp.table_words import label
-from webapp.units import Units
 
 SIDES: tuple[Side, ...] = ("front", "profile")
 
@@ -149,7 +161,19 @@ def masks_sent() -> dict[Side, Mask]:
     return masks
 
 
-def compare_all(avatar: Avatar, masks: Mapping[Side, Mask]) -> dict[Side, Comparison]:
+def camera_of(avatar: Avatar, masks: Mapping[Side, Mask]) -> Camera:
+    """Where the camera stood: as told, and otherwise as the outlines have it."""
+    camera, told = avatar.wanted.camera, avatar.wanted.told
+    if {"distance", "height"} <= told:
+        return camera
+    return estimate_camera(
+        masks, avatar.body, **{name: getattr(camera, name) for name in sorted(told)}
+    )
+
+
+def compare_all(
+    avatar: Avatar, masks: Mapping[Side, Mask], camera: Camera
+) -> dict[Side, Comparison]:
     """Each outline beside the avatar.
 
     Raises
@@ -161,7 +185,7 @@ def compare_all(avatar: Avatar, masks: Mapping[Side, Mask]) -> dict[Side, Compar
     faults: dict[str, PictureRefusedError] = {}
     for side, mask in masks.items():
         try:
-            found[side] = compare(mask, avatar.body, side, camera=avatar.wanted.camera)
+            found[side] = compare(mask, avatar.body, side, camera=camera)
         except PictureRefusedError as fault:
             faults[side] = fault
     if faults:
@@ -183,23 +207,24 @@ def improve(
 ) -> Improved:
     """The avatar as the outlines would have it; entered values hold as they did."""
     photos = [Photo(masks[side], side, view.camera, view.facing) for side, view in views.items()]
-    refined = refine(avatar.estimator, avatar.wanted.asked, photos)
-    improved = avatar_of(avatar.wanted, avatar.estimator, refined.fit.body)
-    return Improved(improved, refined, compare_all(improved, masks))
+    camera = photos[0].camera
+    found = refine(avatar.estimator, avatar.wanted.asked, photos)
+    improved = avatar_of(avatar.wanted, avatar.estimator, found.fit.body)
+    return Improved(improved, found, compare_all(improved, masks, camera))
 
 
 def refinement(avatar: Avatar, improved: Improved) -> dict[str, Any]:
     """What the outlines changed, in the request's units; and the views, in centimetres."""
-    refined, chosen = improved.refined, avatar.wanted.units
+    found, chosen = improved.refined, avatar.wanted.units
     before, after = avatar.measured.values, improved.avatar.measured.values
     return {
-        "pull": refined.pull,
+        "pull": found.pull,
         "moved_cm": {
-            "mean": round(100 * float(refined.moved.mean()), 3),
-            "most": round(100 * float(refined.moved.max()), 3),
+            "mean": round(100 * float(found.moved.mean()), 3),
+            "most": round(100 * float(found.moved.max()), 3),
         },
-        "cloth_cm": round(100 * refined.cloth, 2),
-        "unexplained": round(refined.unexplained, 3),
+        "cloth_cm": round(100 * found.cloth, 2),
+        "unexplained": round(found.unexplained, 3),
         "measurements": [
             {
                 "name": name,
@@ -209,13 +234,17 @@ def refinement(avatar: Avatar, improved: Improved) -> dict[str, Any]:
             }
             for name in before
         ],
-        **{side: document(view) for side, view in improved.views.items()},
+        **{side: document(view, avatar.wanted.told) for side, view in improved.views.items()},
     }
 
 
-def document(comparison: Comparison) -> dict[str, Any]:
-    """One view, as the contract has it: centimetres."""
+def document(comparison: Comparison, told: Collection[str]) -> dict[str, Any]:
+    """One view, as the contract has it, in centimetres; and where the camera stood, in metres."""
+    camera = {name: round(getattr(comparison.camera, name), 2) for name in CAMERA_LIMITS}
     return {
+        "camera": camera | {"estimated": [name for name in camera if name not in told]},
+        "arms": "left_out",
+        "unseen": list(comparison.unseen),
         "iou": round(comparison.iou, 4),
         "mean_outline_distance_cm": round(100 * comparison.distance, 3),
         "levels": [
@@ -235,7 +264,7 @@ def shown(comparison: Comparison, avatar: Avatar) -> dict[str, Any]:
     chosen = avatar.wanted.units
     height, width = comparison.photo.shape
     left, top, scale = comparison.place
-    view = document(comparison)
+    view = document(comparison, avatar.wanted.told)
     return view | {
         "levels": [
             row
@@ -245,9 +274,9 @@ def shown(comparison: Comparison, avatar: Avatar) -> dict[str, Any]:
                 "avatar": round(units.from_si(level.avatar, "m", chosen), 2),
                 "row": round(comparison.origin[1] - level.height / comparison.step, 1),
             }
-            for row, level in zip(document(comparison)["levels"], comparison.levels, strict=True)
+            for row, level in zip(view["levels"], comparison.levels, strict=True)
         ],
-        "unseen": [label(name) for name in comparison.unseen],
+        "hidden": [label(name) for name in comparison.unseen],
         "facing": comparison.facing,
         "width": width,
         "height": height,
@@ -283,12 +312,15 @@ def answer() -> Response | AnyResponse | str | tuple[str, int]:
         wanted = _with_camera(wanted)
         masks = masks_sent()
         avatar = make_avatar(wanted)
-        compared = compare_all(avatar, masks)
+        compared = compare_all(avatar, masks, camera_of(avatar, masks))
         views = {side: shown(view, avatar) for side, view in compared.items()}
         changes: dict[str, Any] = {}
         if request.form.get("refine"):
             improved = improve(avatar, masks, compared)
             changes = refinement(avatar, improved)
+            coefficients = improved.refined.fit.coefficients
+            text = refined.packed(avatar.estimator, avatar.wanted.asked, coefficients)
+            changes["take"] = refined.signed(text)
             for row in changes["measurements"]:
                 row["label"] = label(row["name"])
             for side, view in improved.views.items():
@@ -306,6 +338,19 @@ def answer() -> Response | AnyResponse | str | tuple[str, int]:
     return jsonify(content | ({"refinement": changes} if changes else {}))
 
 
+@bp.post("/compare/body")
+def take() -> AnyResponse:
+    """Go on with the body that the outlines had a say in; or, with `leave`, without their say."""
+    if request.form.get("leave"):
+        refined.leave()
+    elif not refined.take(request.form.get("refined", "")):
+        abort(400)
+    elif not cookie_fits():
+        refined.leave()
+        flash(gettext("There is no room for that body beside all that you entered."))
+    return redirect(url_for("avatars.page"), 303)
+
+
 def _page(
     wanted: AvatarRequest,
     views: Mapping[Side, Mapping[str, Any]] | None = None,
@@ -321,17 +366,8 @@ def _page(
         faults=faults,
         messages={fault.field: fault.message for fault in faults},
         reasons=REASONS,
-        camera=_camera_words(wanted.units),
+        camera={name: request.form.get(f"camera_{name}", "")[:20] for name in CAMERA_LIMITS},
     )
-
-
-def _camera_words(chosen: Units) -> dict[str, str]:
-    """The usual camera in the shopper's units, as a form's fields hold it."""
-    usual = Camera()
-    return {
-        name: units.write(units.from_si(value, "m", chosen), 0)
-        for name, value in (("distance", usual.distance), ("height", usual.height))
-    }
 
 
 def _with_camera(wanted: AvatarRequest) -> AvatarRequest:
@@ -363,7 +399,7 @@ def _with_camera(wanted: AvatarRequest) -> AvatarRequest:
             faults.append(Refusal(field, "out_of_range", message))
     if faults:
         raise Refused(faults)
-    return replace(wanted, camera=Camera(**placed))
+    return replace(wanted, camera=Camera(**placed), told=frozenset(placed))
 
 
 def _sent(side: Side) -> bytes:

@@ -61,6 +61,8 @@ class AvatarRequest:
     """A body to make, and how to draw it.
 
     noise : the deviation of what was read more than once, SI, by name
+    camera, told : where the camera stood, and which of its members were told; the others are usual
+    refined : what an outline made of the body, see `webapp.refined`; "" where none had a say
     """
 
     body: BodyKind
@@ -72,7 +74,9 @@ class AvatarRequest:
     refine: bool = False
     silhouette: bool = False
     camera: Camera = field(default_factory=Camera)
+    told: frozenset[str] = frozenset()
     facing: Literal["right", "left"] = "right"
+    refined: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,6 +133,7 @@ def read_document(
         refine=refine,
         silhouette=silhouette,
         camera=camera,
+        told=frozenset(document.get("camera", {})),
         facing=cast(Literal["right", "left"], facing),
     )
 

@@ -12,10 +12,10 @@ from flask import Blueprint, Response, abort, jsonify, request, session
 from flask_babel import gettext as _
 
 from model.measurements import MEASUREMENTS
-from webapp import checks, table_words
+from webapp import checks, refined, table_words
 from webapp.answers import LEG, Typed
 from webapp.api import document
-from webapp.avatars import Avatar, limits, make_avatar, rows
+from webapp.avatars import Avatar, limits, make_avatar, rows, shown
 from webapp.forms import Refusal, Refused
 
 bp = Blueprint("mirror", __name__)
@@ -24,12 +24,7 @@ bp = Blueprint("mirror", __name__)
 @bp.get("/avatar.json")
 def numbers() -> Response:
     """The body's measurements, as the API answers them, with the path of each tape."""
-    typed = _typed()
-    try:
-        avatar = make_avatar(typed.read(limits()))
-    except Refused:
-        abort(404)
-    return jsonify(_told(avatar, typed))
+    return jsonify(_told(shown(), _typed()))
 
 
 @bp.post("/avatar.json")
@@ -57,6 +52,7 @@ def change() -> Response:
             typed = replace(typed, leg_to="ankle")
     answer = jsonify(_told(make_avatar(typed.read(limits())), typed))
     session["typed"] = typed.fields()
+    refined.leave()
     return answer
 
 

@@ -173,6 +173,24 @@ def schemas() -> dict[str, Schema]:
                     "description": "From the top down. A level that an arm hides, or at which "
                     "legs do not stand apart, is left out.",
                 },
+                "camera": {
+                    **object_of(
+                        camera
+                        | {"estimated": {"type": "array", "items": {"enum": list(CAMERA_LIMITS)}}}
+                    ),
+                    "description": "From where the avatar is seen: as the request says, and "
+                    "otherwise as estimated from the outlines, beside what is usual.",
+                },
+                "arms": {
+                    "enum": ["left_out"],
+                    "description": "Arms are not judged: they rarely hang as the avatar's do.",
+                },
+                "unseen": {
+                    "type": "array",
+                    "items": {"enum": list(MEASUREMENTS)},
+                    "description": "Levels that are not told, because an arm hides them or legs "
+                    "do not stand apart.",
+                },
                 "overlay_png": {
                     "type": "string",
                     "pattern": "^data:image/png;base64,",

@@ -2,9 +2,18 @@
 
 from datetime import UTC, datetime
 
-from flask import Flask, Request
+from flask import Flask, Request, current_app, session
 from flask.sessions import SecureCookieSession, SecureCookieSessionInterface
 from itsdangerous import BadSignature
+
+COOKIE = 3800
+"""Bytes of the session's cookie at most: browsers keep 4,096, its name and attributes included."""
+
+
+def cookie_fits() -> bool:
+    """Whether the session, as it is now, is no larger than a cookie may be."""
+    signer = SecureCookieSessionInterface().get_signing_serializer(current_app)
+    return signer is None or len(signer.dumps(dict(session))) <= COOKIE
 
 
 class ClockProofSessions(SecureCookieSessionInterface):

@@ -12,7 +12,6 @@ from flask import (
     Blueprint,
     Response,
     abort,
-    current_app,
     flash,
     jsonify,
     redirect,
@@ -21,26 +20,23 @@ from flask import (
     session,
     url_for,
 )
-from flask.sessions import SecureCookieSessionInterface
 from flask_babel import gettext as _
 from flask_wtf.csrf import CSRFError
 from werkzeug.wrappers import Response as AnyResponse
 
 from model.measurements import MEASUREMENTS
 from model.tape_pictures import views_of
-from webapp import checks, guide, readings, table_words
+from webapp import checks, guide, readings, refined, table_words
 from webapp.answers import LEG, LEG_ENDS, Typed
 from webapp.avatars import estimators, limits
 from webapp.forms import Refusal, Refused
 from webapp.language import LANGUAGES
+from webapp.sessions import cookie_fits
 from webapp.units import UNITS, symbols
 
 bp = Blueprint("wizard", __name__)
 
 Page = str | AnyResponse | tuple[str, int]
-
-COOKIE = 3800
-"""Bytes of the session's cookie at most: browsers keep 4,096, its name and attributes included."""
 
 THEN = ("review", "more")
 """Where a step that was not come to in turn leads back to."""
@@ -251,16 +247,12 @@ def _typed() -> Typed:
 
 def _remember(typed: Typed) -> None:
     """Keep it in the session: as typed, or shorter where the cookie would not hold it."""
+    if typed.fields() != session.get("typed"):
+        refined.leave()
     for kept in (typed, typed.shortest(), typed.shortest().once()):
         session["typed"] = kept.fields()
-        if _cookie_bytes() <= COOKIE:
+        if cookie_fits():
             return
-
-
-def _cookie_bytes() -> int:
-    interface = SecureCookieSessionInterface()
-    signer = interface.get_signing_serializer(current_app)
-    return len(signer.dumps(dict(session))) if signer else 0
 
 
 def given(name: str) -> Typed:
