@@ -1,14 +1,15 @@
 """Where the time of a request goes: ``python -m bench stages``.
 
 The site in this process, asked for each kind of request that `load` sends, under Python's
-profiler: what each call from the site into the model takes, clock time with all that it calls, and
-what the page's template, packing and all the rest take. The profiler itself takes time for each
-call, so that shares count, not milliseconds.
+profiler: what each call from the site into the model takes of the processor, with all that it
+calls and on all threads, and what the page's template, packing and all the rest take. The profiler
+itself takes time for each call, so that shares count, not milliseconds.
 """
 
 import argparse
 import cProfile
 import pstats
+import time
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -101,7 +102,7 @@ def main(arguments: Sequence[str]) -> None:
     print("| request | where the time goes | share |\n|---|---|---:|")
     for kind in ("page", "avatar", "GLB", "picture", "comparison"):
         send(client, kind, parts)
-        profile = cProfile.Profile()
+        profile = cProfile.Profile(time.process_time)
         profile.enable()
         for _ in range(options.rounds):
             if send(client, kind, parts).status_code != 200:
