@@ -57,6 +57,7 @@ def site(store):
         "WEB_CONCURRENCY": "2",
     }
     with Server(settings) as server:
+        until(lambda: len(server.workers()) == 2, "the second process does not start")
         yield server
 
 

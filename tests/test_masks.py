@@ -53,10 +53,11 @@ def test_the_same_person_is_found_in_every_kind_of_file():
     stream = io.BytesIO()
     palette.save(stream, "PNG")
     wanted = read_mask(file_of(plain)).cover
-    for content in (file_of(clear), file_of(deep), stream.getvalue(), file_of(plain > 0)):
+    for content in (file_of(clear), file_of(deep), stream.getvalue()):
         assert np.array_equal(read_mask(content).cover, wanted)
-    jpeg = read_mask(file_of(plain, "JPEG", quality=90)).cover
-    assert np.abs(jpeg - wanted).mean() < 0.01
+    # One bit a pixel knows no parts of one, and a JPEG blurs them.
+    for content in (file_of(plain >= 128), file_of(plain, "JPEG", quality=90)):
+        assert np.abs(read_mask(content).cover - wanted).mean() < 0.01
 
 
 def test_a_telephones_turn_of_the_picture_is_honoured():
