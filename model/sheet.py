@@ -31,6 +31,9 @@ ARMS_END = 0.30
 _SWINGS = np.linspace(-0.25, 0.25, 21)
 """Radians by which arms may be turned about the shoulder from the avatar's, in the picture."""
 
+_LEAST_ARM = 0.055
+"""Of an arm, what must stand out from the trunk for it to be told."""
+
 _STRETCHES = np.linspace(0.85, 1.25, 9)
 """From the side an arm is the longer the less it is lifted sideways: beside the avatar's, which
 are lifted by some 35°."""
@@ -182,7 +185,8 @@ class Sheet:
         """Where the photo's arms hang, seen from the side, as far as they can be told.
 
         Of all ways in which an arm may be turned and foreshortened, the one by which it covers
-        most of what the photo has outside the avatar, and least of where it has nothing.
+        most of what the photo has outside the avatar, and least of where it has nothing. An arm
+        of which hardly anything stands out hangs before the trunk: what does is the trunk's own.
         """
         table = np.where(self.photo, 1, -1)
         table[self.upright] = 0
@@ -191,6 +195,8 @@ class Sheet:
             ways = self._turned(side, ARMS, _STRETCHES)
             kept = ways.clip(0, np.array(self.size) - 1)
             scores = table[kept[..., 1], kept[..., 0]].sum(axis=1)
+            if scores.max() < _LEAST_ARM * kept.shape[1]:
+                continue
             best = kept[int(scores.argmax())] // _COARSE
             found[best[:, 1], best[:, 0]] = True
         return self._fine(found)

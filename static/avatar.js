@@ -1,6 +1,7 @@
 /**
  * The avatar's page. What can be read stands there without this script; it brings the fields to
- * life at once, and the body in 3D at the reader's first touch or when the page has been at rest.
+ * life at once, and the body in 3D at the reader's first touch, or, where a graphics processor draws
+ * it, when the page has been at rest.
  */
 
 import { Editor } from "./editor.js";
@@ -12,6 +13,7 @@ import { WORDS, fill } from "./words.js";
 const NAMED = 3; // of the values that the body has not, as on the server
 const GHOST_STAYS = 2500; // milliseconds after the last change
 const REST = 2000; // milliseconds without a touch, after which the body in 3D comes by itself
+const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i; // renderers by their names
 const TOUCHES = ["pointerdown", "pointermove", "touchstart", "wheel", "scroll", "keydown", "focusin"];
 
 async function start(element) {
@@ -20,7 +22,8 @@ async function start(element) {
   // The still picture first, which shows the same: what draws in 3D would hold a telephone up.
   const touch = touched();
   await painted();
-  await Promise.race([touch, new Promise((resolve) => setTimeout(resolve, REST))]);
+  const rest = new Promise((resolve) => setTimeout(resolve, REST));
+  await Promise.race([touch, rest.then(() => (drawsFast() ? null : touch))]);
   await idle();
   await page.open();
 }
@@ -31,6 +34,19 @@ async function painted() {
     await new Promise((resolve) => window.addEventListener("load", resolve, { once: true }));
   }
   await idle();
+}
+
+/** Whether a graphics processor draws: without one the first picture in 3D takes seconds. */
+function drawsFast() {
+  const context = document
+    .createElement("canvas")
+    .getContext("webgl2", { failIfMajorPerformanceCaveat: true });
+  if (!context) return false;
+  // Some browsers name a software renderer but do not hold it for a caveat.
+  const info = context.getExtension("WEBGL_debug_renderer_info");
+  const name = info ? context.getParameter(info.UNMASKED_RENDERER_WEBGL) : "";
+  context.getExtension("WEBGL_lose_context")?.loseContext();
+  return !SOFTWARE.test(name);
 }
 
 /** When the reader does anything at all. */

@@ -30,22 +30,21 @@ test("front, side and back are three different pictures of a body", async ({ pag
     await expect(view(page, name)).toHaveAttribute("aria-pressed", "true");
     await expect(page.locator('[data-view][aria-pressed="true"]')).toHaveCount(1);
   }
-  for (const picture of pictures) expect(drawn(picture)).toBeGreaterThan(0.06);
+  for (const picture of pictures) expect(drawn(picture)).toBeGreaterThan(0.05);
   const [front, side, back] = pictures;
   expect(difference(front, side)).toBeGreaterThan(0.03);
   expect(difference(side, back)).toBeGreaterThan(0.03);
   expect(difference(front, back)).toBeGreaterThan(0.005);
 });
 
-test("who touches nothing is let read first: the body in 3D comes after a rest", async ({ page }) => {
+test("without a graphics processor the body in 3D waits for the reader's touch", async ({ page }) => {
+  const files = [];
+  page.on("request", (request) => request.url().includes(".glb") && files.push(request.url()));
   await enter(page);
-  await expect(page.locator("#viewer")).toHaveAttribute("data-state", "ready", { timeout: 60_000 });
-  const waited = await page.evaluate(() => {
-    const [loaded] = performance.getEntriesByType("navigation");
-    const file = performance.getEntriesByType("resource").find(({ name }) => name.endsWith(".glb"));
-    return file.startTime - loaded.loadEventStart;
-  });
-  expect(waited).toBeGreaterThan(1900);
+  await page.waitForTimeout(4000); // twice the rest after which it comes where one draws
+  expect(files).toEqual([]);
+  await ready(page);
+  expect(files).toHaveLength(1);
 });
 
 test("the keys do what the buttons do", async ({ page }) => {
@@ -186,7 +185,7 @@ test("the view follows the size of the window", async ({ page }) => {
   for (const width of [1400, 500]) {
     await page.setViewportSize({ width, height: 900 });
     const picture = await look(page);
-    expect(drawn(picture)).toBeGreaterThan(0.06);
+    expect(drawn(picture)).toBeGreaterThan(0.05);
     const box = await canvas(page).boundingBox();
     const buffer = await canvas(page).evaluate((c) => [c.width, c.height]);
     expect(buffer[0]).toBeCloseTo(box.width, -1);
@@ -288,6 +287,7 @@ test("a body that is replaced gives its memory back, and a closed viewer everyth
 
 async function openAvatarWithoutViewer(page) {
   await enter(page);
+  await page.mouse.move(8, 8);
   const viewer = page.locator("#viewer");
   await expect(viewer).toHaveAttribute("data-state", "failed", { timeout: 20_000 });
 }
