@@ -109,9 +109,10 @@ def tie(
     firsts = np.einsum("bgi,bgi->bg", starts, normals) + rig.firsts * rises
     steps = rig.steps * rises
     part = np.take(vertices, rig.indices, axis=1)
-    directions = np.take(normals / steps[..., None], rig.families, axis=1)
-    stations = np.einsum("bni,bni->bn", part, directions)
-    stations -= np.take(firsts / steps, rig.families, axis=1)
+    stations = np.empty(part.shape[:2])
+    for place, own in enumerate(rig.spans):
+        along = part[:, own] @ (normals[:, place] / steps[:, place, None])[..., None]
+        np.subtract(along[..., 0], (firsts / steps)[:, place, None], out=stations[:, own])
     cut = geometry.sections(part, rig.edges, stations, rig.families, rig.planes)
     tied = geometry.hulls(cut, np.repeat(normals, rig.planes, axis=1).reshape(-1, 3))
     perimeters = tied.perimeters.reshape(len(vertices), -1)
@@ -209,6 +210,7 @@ class _Rig:
     indices : ndarray of shape (n,), vertices; those of one girth after those of another.
     edges : ndarray of shape (2, E), places in `indices`.
     families : ndarray of shape (n,), the girth that each vertex is there for.
+    spans : where each girth's vertices are in `indices`.
     planes : ndarray of shape (G,), how many planes each girth tries.
     firsts, steps : ndarrays of shape (G,), the first plane and the step to the next, as shares
         of the way from start to stop.
@@ -221,6 +223,7 @@ class _Rig:
     indices: Integers
     edges: Integers
     families: Integers
+    spans: tuple[slice, ...]
     planes: Integers
     firsts: Floats
     steps: Floats
@@ -245,13 +248,14 @@ TURNS: Mapping[str, Floats] = {
 
 @lru_cache(maxsize=256)
 def _rig(template: TemplateMesh, girths: tuple[Girth, ...]) -> _Rig:
-    indices, edges, families = [], [], []
+    indices, edges, families, spans = [], [], [], []
     count = 0
     for family, girth in enumerate(girths):
         own, places = np.unique(_edges(template, girth), return_inverse=True)
         indices.append(own)
         edges.append(places.reshape(-1, 2).T + count)
         families.append(np.full(len(own), family))
+        spans.append(slice(count, count + len(own)))
         count += len(own)
     ends = [[template.landmark_weights(*names) for names in girth.ends()] for girth in girths]
     landmarks = np.unique(np.concatenate([i for four in ends for i, _ in four]))
@@ -263,6 +267,7 @@ def _rig(template: TemplateMesh, girths: tuple[Girth, ...]) -> _Rig:
         indices=np.concatenate(indices),
         edges=np.ascontiguousarray(np.concatenate(edges, axis=1)),
         families=np.concatenate(families),
+        spans=tuple(spans),
         planes=np.array([girth.planes for girth in girths]),
         firsts=np.array([girth.span[0] for girth in girths]),
         steps=np.array([girth.step for girth in girths]),
