@@ -8,6 +8,8 @@ import { fileURLToPath } from "node:url";
 
 import { test as base, expect } from "@playwright/test";
 
+import { ready } from "./site.js";
+
 const root = path.resolve(path.dirname(fileURLToPath(import.meta.url)), "../..");
 const TYPES = { html: "text/html", css: "text/css", js: "text/javascript" };
 
@@ -86,9 +88,7 @@ test("a shopper sees their body on the shop's page, which learns nothing of it",
   await frame.locator('input[name="stature"]').fill("168");
   await frame.locator('input[name="hip_girth"]').fill("100.5");
   await frame.locator("main form button.button[type=submit]").press("Enter");
-  await expect(frame.locator("#viewer")).toHaveAttribute("data-state", "ready", {
-    timeout: 60_000,
-  });
+  await ready(frame);
   await expect(page.locator("#where")).toHaveText("You are looking at your body.");
 
   const said = [...new Set(heard)].map((text) => JSON.parse(text));

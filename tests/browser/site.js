@@ -62,9 +62,13 @@ export async function openAvatar(page, person = WOMAN) {
   await ready(page);
 }
 
-export async function ready(page) {
-  await page.mouse.move(8, 8); // the body in 3D comes at the reader's first touch
-  await expect(page.locator("#viewer")).toHaveAttribute("data-state", "ready", { timeout: 60_000 });
+/** The body in 3D comes at the reader's first touch, once the page's script listens for it. */
+export async function ready(page, state = "ready") {
+  const viewer = page.locator("#viewer");
+  await expect(async () => {
+    await viewer.dispatchEvent("pointermove");
+    await expect(viewer).toHaveAttribute("data-state", state, { timeout: 2000 });
+  }).toPass({ timeout: 60_000 });
 }
 
 /** Press Tab until the element has the focus, as somebody without a pointer does. */

@@ -287,7 +287,5 @@ test("a body that is replaced gives its memory back, and a closed viewer everyth
 
 async function openAvatarWithoutViewer(page) {
   await enter(page);
-  await page.mouse.move(8, 8);
-  const viewer = page.locator("#viewer");
-  await expect(viewer).toHaveAttribute("data-state", "failed", { timeout: 20_000 });
+  await ready(page, "failed");
 }
