@@ -22,6 +22,7 @@ async function countDrawing(page) {
 }
 
 test("front, side and back are three different pictures of a body", async ({ page }) => {
+  await page.emulateMedia({ reducedMotion: "reduce" }); // where views end, not how they are come by
   await openAvatar(page);
   const pictures = [];
   for (const name of ["front", "side", "back"]) {
@@ -48,6 +49,7 @@ test("without a graphics processor the body in 3D waits for the reader's touch",
 });
 
 test("the keys do what the buttons do", async ({ page }) => {
+  await page.emulateMedia({ reducedMotion: "reduce" }); // where views end, not how they are come by
   await openAvatar(page);
   const byButton = {};
   for (const name of ["side", "back", "front"]) {
