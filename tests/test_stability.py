@@ -10,7 +10,7 @@ from model.training.steadiness import changes_by_tiny, heaviest, jumps
 
 LARGEST_JUMP = 0.001
 """Metres by which one step of a hundred may differ from both its neighbours. A place that is lost
-or won costs several times that: tapes that once jumped did so by 4 to 88 mm. Where one place takes
+or won costs several times that: tapes that once jumped did so by 2 to 88 mm. Where one place takes
 over from another steps change too, but stay changed."""
 
 MOST_BY_CHANCE = 5e-5

@@ -124,8 +124,8 @@ def steadiness_section() -> str:
             "that lies where a body widens steeply, as between a short neck and the shoulders, by "
             f"more. Then how much one step of a hundred along {LINES} lines between any two "
             f"bodies, and {LINES} between two of the {HEAVY} heaviest for their height, differs "
-            "from the steps before and after it. A tape that jumps to another place makes steps "
-            f"of 4 mm and more. Seed {seed}.",
+            "from the steps before and after it. Tapes that jumped to another place once made "
+            f"steps of 2 mm and more. Seed {seed}.",
             table(
                 [
                     "",

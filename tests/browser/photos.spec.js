@@ -88,7 +88,7 @@ test("a photo becomes an outline and a comparison, and only the outline is sent"
     const cells = await result.locator("tr[data-measurement=waist_girth] td").allTextContents();
     expect(Number(cells[0])).toBeGreaterThan(Number(cells[1]) + 0.7);
     const common = await result.locator(".facts dd").first().textContent();
-    expect(Number.parseFloat(common)).toBeGreaterThan(80);
+    expect(Number.parseFloat(common)).toBeGreaterThan(90);
   }
   await expect(page.locator("#results")).toBeFocused();
   expect(await axe(page)).toEqual([]);
