@@ -304,6 +304,7 @@ class _Studio:
         self._platform = self._platform_class(*size)
         self._platform.init_context()
         self._platform.make_current()
+        _tell_contexts_by_address()
         self._renderer = self._pyrender.Renderer(*size)
 
     def draw(
@@ -342,6 +343,18 @@ class _Studio:
         colours = self._renderer.read_color_buf()
         depths = self._renderer.read_depth_buf() if with_depths else np.empty((0, 0), np.float32)
         return _Drawn(colours, depths, corner)
+
+
+def _tell_contexts_by_address() -> None:
+    """PyOpenGL asks OSMesa for the current context again and again, and what it is given never
+    equals what it was given before. pyrender would then compile its programs anew for every part
+    that it draws, and keep them all: a megabyte each.
+    """
+    from OpenGL.raw.osmesa._types import OSMesaContext
+
+    OSMesaContext.__eq__ = lambda self, other: (
+        isinstance(other, type(self)) and self.address == other.address
+    )
 
 
 _lock = threading.Lock()

@@ -36,6 +36,14 @@ def body():
     return Body(template, template.vertices, "female")
 
 
+def resident():
+    """Bytes of memory that this process holds."""
+    statm = Path("/proc/self/statm")
+    if not statm.exists():
+        pytest.skip("this system does not tell how much memory a process holds")
+    return int(statm.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
 def body_of(mesh):
     """Any closed mesh as a body that stands on the floor, bare but for what lies at its middle."""
     vertices = np.array(mesh.vertices)
@@ -177,6 +185,19 @@ def test_a_picture_larger_than_any_before_is_drawn_and_so_is_the_next_small_one(
     large = mask(body, "front", size=(1500, 3000))
     assert (mask(body, "front", size=(200, 400)) == small).all()
     assert large.mean() == pytest.approx(small.mean(), abs=0.01)
+
+
+def test_pictures_leave_no_memory_behind(body):
+    """pyrender must compile what it draws with once, not for every picture."""
+
+    def grown_by(pictures):
+        before = resident()
+        for _ in range(pictures):
+            render_png(body, "front", size=(150, 300))
+        return resident() - before
+
+    grown_by(10)
+    assert grown_by(30) < 20e6  # Bytes; a program for each part of each picture would take 60.
 
 
 def test_many_threads_get_the_pictures_that_one_gets(body):
