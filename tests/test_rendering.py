@@ -188,7 +188,7 @@ def test_a_picture_larger_than_any_before_is_drawn_and_so_is_the_next_small_one(
 
 
 def test_pictures_leave_no_memory_behind(body):
-    """pyrender must compile what it draws with once, not for every picture."""
+    """What is drawn with must be compiled once, not for every picture."""
 
     def grown_by(pictures):
         before = resident()
