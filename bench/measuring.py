@@ -17,6 +17,7 @@ from model.geometry import Floats
 from model.girths import Girth
 from model.template_mesh import Body, load_template_mesh
 from model.training.population import bodies_of, load_population
+from model.training.survey import SEXES
 
 GIRTHS: tuple[str, ...] = tuple(name for name in TAKEN if isinstance(TAPES[name], Girth))
 
@@ -66,6 +67,34 @@ def time_one_body(rounds: int, warm_up: int) -> OneBody:
         PEER_TOLD: told,
     }
     return OneBody(take_turns(ways, rounds, warm_up), dict(zip(GIRTHS, apart, strict=True)))
+
+
+def time_bodies(bodies: int) -> NDArray[np.float64]:
+    """Times bodies of the shipped population, from its first to its last, each measured alone.
+
+    Returns
+    -------
+    seconds : ndarray of shape (bodies,)
+
+    Raises
+    ------
+    ValueError
+        For more bodies than there are.
+    """
+    template, population = load_template_mesh(), load_population()
+    there = len(population.sexes)
+    if not 1 <= bodies <= there:
+        raise ValueError(f"{bodies} bodies are not from 1 to {there}")
+    rows = np.linspace(0, there - 1, bodies).astype(np.int64)
+    seconds = np.empty(bodies)
+    with threadpool_limits(1):
+        for part, vertices in bodies_of(population, rows):
+            for row, positions in zip(range(bodies)[part], vertices, strict=True):
+                body = Body(template, positions, SEXES[population.sexes[rows[row]]])
+                start = time.perf_counter()
+                measure(body)
+                seconds[row] = time.perf_counter() - start
+    return seconds
 
 
 @dataclass(frozen=True)

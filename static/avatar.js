@@ -12,6 +12,7 @@ import { WORDS, fill } from "./words.js";
 
 const NAMED = 3; // of the values that the body has not, as on the server
 const GHOST_STAYS = 2500; // milliseconds after the last change
+const TABLES_WAIT = 100; // milliseconds for which changed numbers are gathered
 const REST = 2000; // milliseconds without a touch, after which the body in 3D comes by itself
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i; // renderers by their names
 const TOUCHES = ["pointerdown", "pointermove", "touchstart", "wheel", "scroll", "keydown", "focusin"];
@@ -80,6 +81,7 @@ class Page {
   #sender;
   #status;
   #ghostTimer = 0;
+  #tablesDue = 0; // a timer, once the numbers have changed
   #version = 0;
   #turnedTo; // when the reader has first turned to a field
 
@@ -163,9 +165,12 @@ class Page {
   }
 
   #tell() {
-    const rows = this.#shown();
-    fillTables(rows);
-    this.#stage?.tell(rows);
+    this.#stage?.tell(this.#shown());
+    // Nobody reads sixty tables a second, and each would have the page laid out anew.
+    this.#tablesDue ||= setTimeout(() => {
+      this.#tablesDue = 0;
+      fillTables(this.#shown());
+    }, TABLES_WAIT);
   }
 
   async #hear({ status, document: answer }, sent) {

@@ -12,23 +12,29 @@ export function vertexNormals(positions, faces, normals) {
   normals.fill(0);
   for (const index of faces) {
     for (let f = 0; f < index.length; f += 3) {
-      const [a, b, c] = [3 * index[f], 3 * index[f + 1], 3 * index[f + 2]];
+      const a = 3 * index[f];
+      const b = 3 * index[f + 1];
+      const c = 3 * index[f + 2];
       const ux = positions[b] - positions[a];
       const uy = positions[b + 1] - positions[a + 1];
       const uz = positions[b + 2] - positions[a + 2];
       const vx = positions[c] - positions[b];
       const vy = positions[c + 1] - positions[b + 1];
       const vz = positions[c + 2] - positions[b + 2];
-      const [wx, wy, wz] = [-ux - vx, -uy - vy, -uz - vz];
+      const wx = -ux - vx;
+      const wy = -uy - vy;
+      const wz = -uz - vz;
       const nx = uy * vz - uz * vy;
       const ny = uz * vx - ux * vz;
       const nz = ux * vy - uy * vx;
       const uu = ux * ux + uy * uy + uz * uz;
       const vv = vx * vx + vy * vy + vz * vz;
       const ww = wx * wx + wy * wy + wz * wz;
-      const atA = 1 / Math.max(uu * ww, 1e-30);
-      const atB = 1 / Math.max(vv * uu, 1e-30);
-      const atC = 1 / Math.max(ww * vv, 1e-30);
+      // One division for three: the weight at a is 1 / (uu · ww), and so on.
+      const share = 1 / Math.max(uu * vv * ww, 1e-45);
+      const atA = vv * share;
+      const atB = ww * share;
+      const atC = uu * share;
       normals[a] += nx * atA;
       normals[a + 1] += ny * atA;
       normals[a + 2] += nz * atA;
@@ -46,11 +52,13 @@ export function vertexNormals(positions, faces, normals) {
 /** Vectors brought to length 1 where they stand; one of length 0 points up. */
 export function unit(vectors) {
   for (let i = 0; i < vectors.length; i += 3) {
-    const length = Math.hypot(vectors[i], vectors[i + 1], vectors[i + 2]);
-    if (length > 0) {
-      vectors[i] /= length;
-      vectors[i + 1] /= length;
-      vectors[i + 2] /= length;
+    const [x, y, z] = [vectors[i], vectors[i + 1], vectors[i + 2]];
+    const square = x * x + y * y + z * z; // Math.hypot takes several times as long
+    if (square > 0) {
+      const share = 1 / Math.sqrt(square);
+      vectors[i] = share * x;
+      vectors[i + 1] = share * y;
+      vectors[i + 2] = share * z;
     } else {
       vectors[i + 1] = 1;
     }

@@ -128,7 +128,8 @@ function share({ data }, expected) {
 /** The view in 3D as it stands, once it has come to rest. */
 export async function look(page) {
   const canvas = page.locator("#viewer canvas");
-  await page.waitForTimeout(700); // a turn's time
+  const calm = await page.evaluate(() => matchMedia("(prefers-reduced-motion: reduce)").matches);
+  await page.waitForTimeout(calm ? 150 : 700); // a turn's time
   let before = await canvas.screenshot();
   for (let tries = 0; tries < 20; tries += 1) {
     await page.waitForTimeout(100);

@@ -2,8 +2,9 @@
 
 import { difference, drawn, enter, expect, look, openAvatar, ready, test } from "./site.js";
 
-// Small, since every picture is drawn and compared without a graphics card.
-test.use({ viewport: { width: 700, height: 560 } });
+// Small, since every picture is drawn and compared without a graphics card; and where views end, not
+// how they are come by: a turn's own pictures would be drawn one by one.
+test.use({ viewport: { width: 700, height: 560 }, contextOptions: { reducedMotion: "reduce" } });
 
 const view = (page, name) => page.locator(`button[data-view="${name}"]`);
 const canvas = (page) => page.locator("#viewer canvas");
@@ -22,7 +23,6 @@ async function countDrawing(page) {
 }
 
 test("front, side and back are three different pictures of a body", async ({ page }) => {
-  await page.emulateMedia({ reducedMotion: "reduce" }); // where views end, not how they are come by
   await openAvatar(page);
   const pictures = [];
   for (const name of ["front", "side", "back"]) {
@@ -49,7 +49,6 @@ test("without a graphics processor the body in 3D waits for the reader's touch",
 });
 
 test("the keys do what the buttons do", async ({ page }) => {
-  await page.emulateMedia({ reducedMotion: "reduce" }); // where views end, not how they are come by
   await openAvatar(page);
   const byButton = {};
   for (const name of ["side", "back", "front"]) {
@@ -158,7 +157,8 @@ test.describe("on a telephone", () => {
   });
 });
 
-test("nothing is drawn while nothing changes", async ({ page }) => {
+test("a turn ends, and nothing is drawn while nothing changes", async ({ page }) => {
+  await page.emulateMedia({ reducedMotion: "no-preference" });
   const drawCalls = await countDrawing(page);
   await openAvatar(page);
   await view(page, "side").click();
@@ -170,7 +170,6 @@ test("nothing is drawn while nothing changes", async ({ page }) => {
 });
 
 test("who wants little motion sees the view at once", async ({ page }) => {
-  await page.emulateMedia({ reducedMotion: "reduce" });
   const drawCalls = await countDrawing(page);
   await openAvatar(page);
   await page.waitForTimeout(1500); // what comes after the body is drawn by then
