@@ -34,6 +34,9 @@ _SWINGS = np.linspace(-0.25, 0.25, 21)
 _LEAST_ARM = 0.055
 """Of an arm, what must stand out from the trunk for it to be told."""
 
+_LEAST_HAND = 0.06
+"""Of a hand, likewise: a belly does not reach as low as hands do."""
+
 _STRETCHES = np.linspace(0.85, 1.25, 9)
 """From the side an arm is the longer the less it is lifted sideways: beside the avatar's, which
 are lifted by some 35°."""
@@ -186,7 +189,8 @@ class Sheet:
 
         Of all ways in which an arm may be turned and foreshortened, the one by which it covers
         most of what the photo has outside the avatar, and least of where it has nothing. An arm
-        of which hardly anything stands out hangs before the trunk: what does is the trunk's own.
+        of which hardly anything stands out, and not its hand, hangs before the trunk: what does is
+        the trunk's own.
         """
         table = np.where(self.photo, 1, -1)
         table[self.upright] = 0
@@ -195,9 +199,12 @@ class Sheet:
             ways = self._turned(side, ARMS, _STRETCHES)
             kept = ways.clip(0, np.array(self.size) - 1)
             scores = table[kept[..., 1], kept[..., 0]].sum(axis=1)
-            if scores.max() < _LEAST_ARM * kept.shape[1]:
+            way = int(scores.argmax())
+            hand = self._turned(side, ARMS[-1:], _STRETCHES)[way].clip(0, np.array(self.size) - 1)
+            of_hand = table[hand[:, 1], hand[:, 0]].mean()
+            if scores[way] < _LEAST_ARM * kept.shape[1] and of_hand < _LEAST_HAND:
                 continue
-            best = kept[int(scores.argmax())] // _COARSE
+            best = kept[way] // _COARSE
             found[best[:, 1], best[:, 0]] = True
         return self._fine(found)
 

@@ -133,6 +133,12 @@ def test_what_is_not_there_is_told_on_a_page(client):
     assert text(client.page.find(".//h1")) == "There is nothing here"
 
 
+@pytest.mark.parametrize("host", ["..", "a" * 70 + ".example"])
+@pytest.mark.parametrize("path", ["/", "/avatar", "/static/nothing", "/api/v1/measurements"])
+def test_a_host_that_can_be_none_is_a_bad_request(client, host, path):
+    assert client.get(path, headers={"Host": host}).status_code == 400
+
+
 def test_a_wrong_method_is_told_on_a_page(client):
     response = client.post("/avatar")
     assert response.status_code == 405

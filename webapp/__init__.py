@@ -14,7 +14,13 @@ from flask.json.provider import DefaultJSONProvider
 from flask_limiter import Limiter, RateLimitExceeded
 from flask_limiter.util import get_remote_address
 from flask_wtf import CSRFProtect
-from werkzeug.exceptions import BadRequest, HTTPException, ServiceUnavailable
+from werkzeug.exceptions import (
+    BadHost,
+    BadRequest,
+    HTTPException,
+    SecurityError,
+    ServiceUnavailable,
+)
 from werkzeug.middleware.proxy_fix import ProxyFix
 from werkzeug.wrappers import Response
 
@@ -162,6 +168,9 @@ def failed(error: HTTPException) -> Response:
     """An error as a page, or as a problem for callers of the API."""
     if request.path.startswith("/api/"):
         return api.problem(error)
+    if isinstance(error, BadHost | SecurityError):
+        # Our pages have addresses in them, which such a host has not.
+        return Response("There is no such host.\n", error.code, content_type="text/plain")
     response = error.get_response()
     busy = isinstance(error, overload.Overloaded)
     response.set_data(render_template("error.html", code="busy" if busy else error.code or 500))
