@@ -94,6 +94,12 @@ class PictureRefusedError(ValueError):
         self.reason = reason
 
 
+_SCAN = b"\xff\xda"
+_MOST_SCANS = 64
+"""A JPEG's picture may come in scans, each of which costs the time of a whole picture, however
+short it is. Cameras and programs make ten or so."""
+
+
 @dataclass(frozen=True, eq=False)
 class Mask:
     """One standing person, cut out so that the outline touches all four edges.
@@ -215,6 +221,8 @@ def _open(content: bytes) -> ImageFile.ImageFile:
         if content.startswith(b"\x89PNG\r\n\x1a\n"):
             return PngImagePlugin.PngImageFile(stream)
         if content.startswith(b"\xff\xd8\xff"):
+            if content.count(_SCAN) > _MOST_SCANS:
+                raise PictureRefusedError("unreadable", f"over {_MOST_SCANS} scans in one JPEG")
             return JpegImagePlugin.JpegImageFile(stream)
     except _BROKEN as error:
         raise PictureRefusedError("unreadable", str(error)) from error
@@ -228,8 +236,7 @@ def _cover(picture: ImageFile.ImageFile) -> tuple[NDArray[np.float32], float]:
         picture.draft("L", (FINEST, FINEST))
     upright: Image.Image = ImageOps.exif_transpose(picture)
     if upright.mode.startswith("I"):
-        deep = np.asarray(upright, dtype=np.float64) / 65535
-        upright = Image.fromarray((np.clip(deep, 0, 1) * 255).astype(np.uint8))
+        upright = Image.fromarray(np.clip(np.asarray(upright) >> 8, 0, 255).astype(np.uint8))
     grey = upright
     if upright.mode in ("RGBA", "LA", "PA") or "transparency" in upright.info:
         alpha = upright.convert("RGBA").getchannel("A")

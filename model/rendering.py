@@ -5,6 +5,7 @@ Where the camera stands and what it makes of points is told in `cameras`.
 
 from __future__ import annotations
 
+import contextlib
 import io
 import os
 import threading
@@ -307,6 +308,13 @@ class _Studio:
         _tell_contexts_by_address()
         self._renderer = self._pyrender.Renderer(*size)
 
+    def close(self) -> None:
+        """Give back the context, as far as it still lets itself be given back."""
+        with contextlib.suppress(Exception):
+            self._renderer.delete()
+        with contextlib.suppress(Exception):
+            self._platform.delete_context()
+
     def draw(
         self,
         parts: list[dict[str, Any]],
@@ -319,8 +327,7 @@ class _Studio:
         """The part of a picture from a corner on, `fineness` times as fine."""
         width, height = fineness * size[0], fineness * size[1]
         if width > self._size[0] or height > self._size[1]:
-            self._renderer.delete()
-            self._platform.delete_context()
+            self.close()
             self._open((max(width, self._size[0]), max(height, self._size[1])))
         pyrender, camera = self._pyrender, projection.camera
         scene = pyrender.Scene(bg_color=(0.0, 0.0, 0.0, 0.0))
@@ -372,14 +379,33 @@ os.register_at_fork(after_in_child=_forget_worker)
 
 
 def _in_studio(task: Callable[[_Studio], Result]) -> Result:
-    """Run a task in the thread that owns the GL contexts; the first one opens the studio."""
+    """Run a task in the thread that owns the GL contexts; the first one opens the studio.
+
+    A studio in which a task failed is not used again: the task is tried once more in a new one.
+    """
     global _worker
 
-    def run() -> Result:
+    def attempt() -> Result:
         global _studio
         if _studio is None:
             _studio = _Studio()
-        return task(_studio)
+        try:
+            return task(_studio)
+        except Exception:
+            _studio.close()
+            _studio = None
+            raise
+
+    def run() -> Result:
+        try:
+            return attempt()
+        except RenderingUnavailable:
+            raise
+        except Exception:  # noqa: BLE001 - a driver's failure, of whatever kind
+            try:
+                return attempt()
+            except Exception as error:
+                raise RenderingUnavailable(f"drawing failed twice: {error!r}") from error
 
     with _lock:
         if _worker is None:

@@ -5,7 +5,8 @@
  * of all numbers, and the list of answers to look at again takes the focus.
  */
 
-const DRAFT = `draft of ${location.pathname}`;
+const DRAFTS = "draft of ";
+const DRAFT = `${DRAFTS}${location.pathname}`;
 
 const form = document.getElementById("measurements");
 
@@ -22,6 +23,14 @@ function keepDraft() {
 
 function dropDraft() {
   sessionStorage.removeItem(DRAFT);
+}
+
+/** When measurements are forgotten, what was typed and never sent goes from every page. */
+function dropForgotten() {
+  for (const key of Object.keys(sessionStorage)) {
+    if (!key.startsWith(DRAFTS)) continue;
+    if (JSON.parse(sessionStorage.getItem(key)).session !== session()) sessionStorage.removeItem(key);
+  }
 }
 
 /** Puts back what was typed and never sent, unless the page has other units by now. */

@@ -16,7 +16,6 @@ const SEEN = 0.05; // how far a surface must be turned towards the reader to be 
 
 export class Overlay {
   #viewer;
-  #element;
   #layer = document.createElement("div");
   #drawing = document.createElementNS(SVG, "svg");
   #lines;
@@ -28,7 +27,6 @@ export class Overlay {
   #ruler = null; // {units, text} where it is shown
 
   constructor(element, viewer) {
-    this.#element = element;
     this.#viewer = viewer;
     this.#layer.className = "overlay";
     this.#layer.setAttribute("aria-hidden", "true");
@@ -87,9 +85,10 @@ export class Overlay {
 
   /** Follow the camera and the body. */
   update() {
-    const { clientWidth: width, clientHeight: height } = this.#element;
-    this.#drawing.setAttribute("viewBox", `0 0 ${width} ${height}`);
+    const { width, height } = this.#viewer.size;
     this.#updateRuler(width, height);
+    if (!this.#labels.size && !this.#ruler) return;
+    this.#drawing.setAttribute("viewBox", `0 0 ${width} ${height}`);
     const seen = this.#see(width);
     for (const side of ["left", "right"]) this.#place(side, seen, width, height);
   }
@@ -98,7 +97,7 @@ export class Overlay {
 
   /** Deal the labels to the two sides anew, once the view has come to rest. */
   #settle() {
-    const { clientWidth: width } = this.#element;
+    const { width } = this.#viewer.size;
     const seen = [...this.#see(width).entries()].sort(([, a], [, b]) => a.y - b.y);
     const across = seen.map(([, { x }]) => x);
     sides(across, width / 2, NEAR_MIDDLE * width).forEach((side, i) => {

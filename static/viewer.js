@@ -49,6 +49,7 @@ class Viewer {
   #figure;
   #tapes = new Tapes();
   #resizes;
+  #size = { width: 1, height: 1 };
   #calm = window.matchMedia("(prefers-reduced-motion: reduce)");
   #frame = 0; // the number of the frame asked for, 0 when none is
   #request = null; // what stops the download under way
@@ -208,8 +209,12 @@ class Viewer {
    * a surface there that faces a direction: from 1 to -1, below 0 from behind.
    */
   see(point, facing = null) {
-    const { clientWidth: width, clientHeight: height } = this.#element;
-    return this.#camera.see(point, facing, { width, height });
+    return this.#camera.see(point, facing, this.#size);
+  }
+
+  /** The view's width and height in CSS pixels, without having the page laid out to know them. */
+  get size() {
+    return this.#size;
   }
 
   /** Give back everything that was taken: memory, listeners, the graphics context. */
@@ -316,6 +321,7 @@ class Viewer {
   #resize() {
     const { clientWidth: width, clientHeight: height } = this.#element;
     if (!width || !height || !this.#shape) return;
+    this.#size = { width, height };
     this.#renderer.setPixelRatio(Math.min(window.devicePixelRatio, MOST_PIXELS_PER_POINT));
     this.#renderer.setSize(width, height);
     this.#camera.reshape(width / height);

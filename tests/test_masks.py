@@ -152,6 +152,15 @@ def kind(name):
     return stream.getvalue()
 
 
+def many_scans():
+    """A JPEG whose last scan comes again and again: each a few bytes and a whole picture's work."""
+    stream = io.BytesIO()
+    Image.new("L", (1000, 1000)).save(stream, "JPEG", progressive=True)
+    whole = stream.getvalue()
+    last = whole[whole.rindex(b"\xff\xda") : -2]
+    return whole[:-2] + 1000 * last + whole[-2:]
+
+
 HOSTILE = {
     "an SVG": (lambda: b"<svg xmlns='http://www.w3.org/2000/svg'/>", "wrong_type"),
     "a GIF": (lambda: kind("GIF"), "wrong_type"),
@@ -166,6 +175,7 @@ HOSTILE = {
     "half a JPEG": (lambda: file_of(figure(), "JPEG")[:3000], "unreadable"),
     "the start of a PNG": (lambda: file_of(figure())[:20], "unreadable"),
     "the start of a JPEG": (lambda: file_of(figure(), "JPEG")[:9], "unreadable"),
+    "a JPEG of a thousand scans": (many_scans, "unreadable"),
     "a PNG with too few rows": (lambda: bomb(1000, 1000), "unreadable"),
 }
 

@@ -4,6 +4,7 @@ import io
 import os
 import subprocess
 import sys
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import MappingProxyType
@@ -13,6 +14,7 @@ import pytest
 import trimesh
 from PIL import Image
 
+from model import rendering
 from model.appearance import dress
 from model.cameras import MARGIN, Camera, project
 from model.rendering import (
@@ -198,6 +200,35 @@ def test_pictures_leave_no_memory_behind(body):
 
     grown_by(10)
     assert grown_by(30) < 20e6  # Bytes; a program for each part of each picture would take 60.
+
+
+def test_a_studio_that_broke_is_replaced(body):
+    """As after a driver's failure: the next picture is the one that was drawn before."""
+
+    def smash(studio):
+        studio._renderer.delete()
+        studio._renderer = None
+
+    rendering._in_studio(smash)
+    first = render_png(body, "front", size=(150, 300))
+    rendering._in_studio(smash)
+    assert render_png(body, "front", size=(150, 300)) == first
+
+
+def test_drawing_that_always_fails_is_told_as_such():
+    def fail(studio):
+        raise RuntimeError("no memory")
+
+    with pytest.raises(RenderingUnavailable, match="failed twice: RuntimeError"):
+        rendering._in_studio(fail)
+
+
+def test_all_is_drawn_in_one_thread():
+    def drawing_thread(_):
+        return rendering._in_studio(lambda studio: threading.current_thread().name)
+
+    with ThreadPoolExecutor(4) as threads:
+        assert len(set(threads.map(drawing_thread, range(8)))) == 1
 
 
 def test_many_threads_get_the_pictures_that_one_gets(body):

@@ -14,7 +14,7 @@ PATIENCE = 10.0
 COME_AGAIN = 2
 """Seconds after which a request that was turned away may come again."""
 
-WORKING = ("avatars", "comparisons", "mirror")
+WORKING = ("avatars", "comparisons", "mirror", "preview", "sheet")
 """Blueprints whose answers need a body; of the API, all that is posted."""
 
 

@@ -32,7 +32,8 @@ export function kindOf(bytes) {
 /** The size, never larger than it was, at which a photo is looked at. */
 export function fittedSize({ width, height }) {
   const scale = Math.min(1, TALLEST / height, WIDEST / width);
-  return { width: Math.round(width * scale), height: Math.round(height * scale) };
+  const [across, down] = [width, height].map((size) => Math.max(1, Math.round(size * scale)));
+  return { width: across, height: down };
 }
 
 /**

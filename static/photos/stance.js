@@ -36,6 +36,15 @@ const LIMITS = {
 /** Below this agreement of the photo and its mirror image the outline is not to be trusted. */
 export const AGREEMENT = 0.9;
 
+/** People in a picture, whoever is the tallest in it first: the others passed by. */
+export function tallestFirst(people) {
+  const tallness = ({ landmarks }) => {
+    const heights = landmarks.map(({ y }) => y);
+    return Math.max(...heights) - Math.min(...heights);
+  };
+  return people.toSorted((one, other) => tallness(other) - tallness(one));
+}
+
 /**
  * What should be better before a photo is taken, or what was not good on one.
  *

@@ -8,6 +8,7 @@
 import { PoseLandmarker } from "@mediapipe/tasks-vision";
 
 import { averaged, mirrored, outlined, overlap, thresholded } from "./mask.js";
+import { tallestFirst } from "./stance.js";
 
 /** Two, so that a second person is seen. */
 const PEOPLE = 2;
@@ -69,12 +70,7 @@ async function people(canvas) {
       found.push({ landmarks: points, world: worldLandmarks[i], confidence: { width, height, data } });
     });
   });
-  return found.toSorted((one, other) => tallness(other) - tallness(one));
-}
-
-function tallness({ landmarks }) {
-  const heights = landmarks.map(({ y }) => y);
-  return Math.max(...heights) - Math.min(...heights);
+  return tallestFirst(found);
 }
 
 /** The outline of the person in a photo, and how sure it is: the mirrored photo is asked too. */
@@ -106,5 +102,6 @@ async function watch({ frame, time }) {
   const eyes = await lookingAt("VIDEO");
   const { landmarks, worldLandmarks } = eyes.detectForVideo(frame, time);
   frame.close();
-  return { people: landmarks.map((points, i) => ({ landmarks: points, world: worldLandmarks[i] })) };
+  const people = landmarks.map((points, i) => ({ landmarks: points, world: worldLandmarks[i] }));
+  return { people: tallestFirst(people) };
 }

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { facing, findings, yaw } from "../../static/photos/stance.js";
+import { facing, findings, tallestFirst, yaw } from "../../static/photos/stance.js";
 
 const FRAME = { width: 900, height: 1350 };
 const DEGREE = Math.PI / 180;
@@ -100,4 +100,5 @@ test("nobody, somebody else, one person found twice, and a passer-by far behind"
   assert.deepEqual(findings([person, beside], "front", FRAME), ["several"]);
   assert.deepEqual(findings([person, twice], "front", FRAME), []);
   assert.deepEqual(findings([person, behind], "front", FRAME), []);
+  assert.deepEqual(tallestFirst([behind, person]), [person, behind]);
 });
