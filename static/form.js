@@ -77,6 +77,7 @@ function sendPlainly(button) {
 // Suggestions would show one shopper what another typed on the same device. Without scripts they
 // stay, because browsers that are told to leave them out forget the form at a reload too.
 form.autocomplete = "off";
+dropForgotten();
 restoreDraft();
 document.getElementById("summary")?.focus();
 

@@ -104,3 +104,17 @@ test.describe("without scripts", () => {
     await expect(page.locator("#stature")).toHaveAttribute("aria-invalid", "true");
   });
 });
+
+test("what was typed and not sent is forgotten with the rest", async ({ page }) => {
+  await page.goto("/");
+  await page.locator("#body-female").check();
+  await page.locator("main .finish button.button").click();
+  await page.waitForURL("**/measure/stature");
+  await page.locator("#stature").fill("171");
+  const kept = () => page.evaluate(() => Object.values(sessionStorage).join());
+  await expect.poll(kept).toContain("171");
+  await page.goto("/numbers");
+  await page.getByRole("button", { name: "Forget my measurements now" }).click();
+  await expect(page.getByRole("status")).toHaveText("Your measurements are forgotten.");
+  await expect.poll(kept).not.toContain("171");
+});
