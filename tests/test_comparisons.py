@@ -316,6 +316,9 @@ def test_the_refined_body_is_taken_along_until_a_value_changes(shopper):
     shopper.get("/avatar")
     assert "The outline of your photo has a say" in text(shopper.page.find(".//main"))
     assert b"by the outline of a photo" in shopper.get("/avatar.glb").data
+    again = answered(shopper, front=outline(shopper, "front", person), refine="1").json
+    # The same outline has said all that it has to say: told from the body that is shown before.
+    assert again["refinement"]["moved_cm"]["mean"] < 0.2 * changes["moved_cm"]["mean"]
     shopper.post("/compare/body", data=token | {"leave": "1"})
     assert waist() == alone
     shopper.post("/compare/body", data=taken)

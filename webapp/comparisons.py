@@ -10,6 +10,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import IO, Any
 
+import numpy as np
 from flask import (
     Blueprint,
     Request,
@@ -209,7 +210,8 @@ def improve(
     photos = [Photo(masks[side], side, view.camera, view.facing) for side, view in views.items()]
     camera = photos[0].camera
     found = refine(avatar.estimator, avatar.wanted.asked, photos)
-    improved = avatar_of(avatar.wanted, avatar.estimator, found.fit.body)
+    # Where the outlines had no say, a body that earlier ones refined stays as it is.
+    improved = avatar_of(avatar.wanted, avatar.estimator, found.fit.body) if found.pull else avatar
     return Improved(improved, found, compare_all(improved, masks, camera))
 
 
@@ -217,11 +219,13 @@ def refinement(avatar: Avatar, improved: Improved) -> dict[str, Any]:
     """What the outlines changed, in the request's units; and the views, in centimetres."""
     found, chosen = improved.refined, avatar.wanted.units
     before, after = avatar.measured.values, improved.avatar.measured.values
+    # From the body that is shown before: one that earlier outlines refined is not the plain fit.
+    moved = np.linalg.norm(improved.avatar.body.vertices - avatar.body.vertices, axis=1)
     return {
         "pull": found.pull,
         "moved_cm": {
-            "mean": round(100 * float(found.moved.mean()), 3),
-            "most": round(100 * float(found.moved.max()), 3),
+            "mean": round(100 * float(moved.mean()), 3),
+            "most": round(100 * float(moved.max()), 3),
         },
         "cloth_cm": round(100 * found.cloth, 2),
         "unexplained": round(found.unexplained, 3),
