@@ -68,7 +68,6 @@ class Refined:
     Attributes
     ----------
     fit : as the tape fit gives it; its distance and limit are the population's.
-    moved : ndarray of shape (V,), metres: how far each vertex is from where it was without.
     cloth : metres that were taken for cloth, all over.
     unexplained : the share of edges that count less than half.
     pull : 1 for the whole, a half where the noise had to be taken twice as large, and so on; 0
@@ -76,7 +75,6 @@ class Refined:
     """
 
     fit: TapeFit
-    moved: Floats
     cloth: float
     unexplained: float
     pull: float
@@ -112,9 +110,8 @@ def refine(estimator: Estimator, asked: MeasurementSet, photos: Sequence[Photo])
     for times in range(MILDER):
         fit, cloth, unexplained = _pulled(estimator, asked, photos, first, NOISE * 2**times)
         if _holds(first, fit):
-            moved = np.linalg.norm(fit.body.vertices - first.body.vertices, axis=1)
-            return Refined(fit, moved, cloth, unexplained, 0.5**times)
-    return Refined(first, np.zeros(len(first.body.vertices)), 0.0, 1.0, 0.0)
+            return Refined(fit, cloth, unexplained, 0.5**times)
+    return Refined(first, 0.0, 1.0, 0.0)
 
 
 def _pulled(

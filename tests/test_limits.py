@@ -124,7 +124,8 @@ def test_the_site_answers_while_redis_hangs_and_shares_again_afterwards(site, st
     client.flushall()
     # Both processes have had their fill: only a count that begins anew lets requests through.
     until(lambda: sum(ask_often(site, 1)[200] for _ in range(4)), "Redis is not used again")
-    until(lambda: client.keys(), "Redis is not counted in")
+    # On a slow machine a process's own limit may be over by then: what is asked now is counted.
+    until(lambda: (ask_often(site, 1), client.keys())[1], "Redis is not counted in")
 
 
 def test_the_site_answers_when_redis_dies(site, store):
