@@ -2,26 +2,23 @@
 
 A geodesic between two points crosses a sequence of triangles, its strip. On every mesh of
 the same topology the shortest way within a strip follows by unfolding the strip into the
-plane and pulling a thread taut through it (the funnel algorithm of Lee and Preparata 1984,
-*Networks* 14). That length is the least of a convex function of where each edge is crossed:
-it moves continuously with the mesh, and so does the least over several strips. Knows no
-bodies.
+plane and pulling a thread taut through it (Lee and Preparata 1984, *Networks* 14; here not gate
+by gate but for all strips at once). That length is the least of a convex function of where each
+edge is crossed: it moves continuously with the mesh, and so does the least over several strips.
+Knows no bodies.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from model.geometry import Booleans, Floats, Integers
+from model.geometry import Floats, Integers
 
 Complexes = NDArray[np.complex128]
-
-Turns = list[tuple[int, bool]]
-"""Where a taut thread bends: the crossed edge, and whether at its left end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,23 +129,19 @@ def length_gradient(strip: Strip, way: Way) -> tuple[Integers, Floats]:
 
 @dataclass(frozen=True, eq=False)
 class _Flat:
-    """Unfolded strips of several meshes.
+    """Unfolded strips of several meshes, as points of the complex plane.
 
     Attributes
     ----------
-    starts, stops : ndarrays of shape (B, S), points of the complex plane.
-    lefts, rights : ndarrays of shape (B, S, L), the ends of the edges; of a strip with fewer than
-        L, those behind its last mean nothing.
-    chords : ndarray of shape (B, S), the distance from start to stop.
-    straight : ndarray of shape (B, S), whether the straight line passes through all gates.
+    starts, stops : ndarrays of shape (B, S).
+    lefts, rights : ndarrays of shape (B, E), the ends of all edges, those of one strip after
+        those of another.
     """
 
     starts: Complexes
     lefts: Complexes
     rights: Complexes
     stops: Complexes
-    chords: Floats
-    straight: Booleans
 
 
 class Bundle:
@@ -161,11 +154,11 @@ class Bundle:
     """
 
     def __init__(self, legs: Sequence[Sequence[Strip]]) -> None:
-        self._spans = list(pairwise(np.cumsum([0, *(len(leg) for leg in legs)]).tolist()))
+        self._legs = [slice(*ends) for ends in pairwise(accumulate(map(len, legs), initial=0))]
         self._strips = [strip for leg in legs for strip in leg]
         sizes = np.array([len(strip.left) for strip in self._strips])
         ends = np.cumsum(sizes)
-        self._sizes, self._firsts, self._lasts = sizes.tolist(), ends - sizes, ends - 1
+        self._firsts, self._lasts = ends - sizes, ends - 1
         self._left = np.concatenate([strip.left for strip in self._strips])
         self._right = np.concatenate([strip.right for strip in self._strips])
         self._ends = np.stack([strip.ends for strip in self._strips])
@@ -175,17 +168,18 @@ class Bundle:
         left, right = np.append(self._left[1:], -1), np.append(self._right[1:], -1)
         self._corner = np.where(left == self._left, right, left)
         self._keeps_left = left == self._left
-        # Where each edge lies in a table of strips by gates, and which places of it are none.
+        # Where each edge lies in a table of strips by gates.
+        self._table = len(sizes), sizes.max()
         self._places = np.arange(ends[-1]) + np.repeat(
             np.arange(len(sizes)) * sizes.max() - self._firsts, sizes
         )
-        self._none = np.arange(sizes.max()) >= sizes[:, None]
         # The gate since which the right end is the same vertex: rounded once, it stays one point.
         gates = np.arange(ends[-1]) - np.repeat(self._firsts, sizes)
-        since = np.zeros(self._none.shape, dtype=np.int64)
+        since = np.zeros(self._table, dtype=np.int64)
         new = (gates == 0) | np.roll(self._keeps_left, 1)
         since.ravel()[self._places] = np.where(new, gates, 0)
-        self._right_since = np.maximum.accumulate(since, axis=1)
+        since = np.maximum.accumulate(since, axis=1) + sizes.max() * np.arange(len(sizes))[:, None]
+        self._right_since = since.ravel()[self._places]
 
     def lengths(self, vertices: Floats) -> Floats:
         """The length of every leg's shortest way.
@@ -198,64 +192,22 @@ class Bundle:
         -------
         ndarray of shape (B, number of legs).
         """
-        flat = self._unfold(vertices)
-        return np.array(
-            [[length for _, length, _ in self._shortest(flat, i)] for i in range(len(vertices))]
-        )
+        lengths, _ = _taut(self._unfold(vertices), self._firsts)
+        return np.stack([lengths[:, leg].min(axis=1) for leg in self._legs], axis=1)
 
     def ways(self, vertices: Floats) -> list[tuple[Strip, Way]]:
         """The shortest way of every leg on one mesh, vertices of shape (V, 3), and its strip."""
-        flat = self._unfold(vertices[None])
-        chosen, lengths, turns = zip(*self._shortest(flat, 0), strict=True)
-        own_strips = list(chosen)
-        own_gates = ~self._none[own_strips]
-        sizes = [self._sizes[strip] for strip in chosen]
-        fractions = _crossings(
-            flat.starts[0, own_strips],
-            flat.lefts[0, own_strips][own_gates],
-            flat.rights[0, own_strips][own_gates],
-            flat.stops[0, own_strips],
-            sizes,
-            turns,
-        )
-        left = np.concatenate([self._strips[strip].left for strip in chosen])
-        right = np.concatenate([self._strips[strip].right for strip in chosen])
-        points = vertices[left]
-        points += fractions[:, None] * (vertices[right] - points)
+        (lengths,), (fractions,) = _taut(self._unfold(vertices[None]), self._firsts)
+        points = vertices[self._left]
+        points += fractions[:, None] * (vertices[self._right] - points)
         ends = self._end_points(vertices[None])[0]
         ways = []
-        gate = 0
-        for strip, length, size in zip(chosen, lengths, sizes, strict=True):
-            own = slice(gate, gate + size)
-            gate = own.stop
+        for leg in self._legs:
+            strip = leg.start + int(lengths[leg].argmin())
+            own = slice(self._firsts[strip], self._lasts[strip] + 1)
             path = np.concatenate([ends[strip, :1], points[own], ends[strip, 1:]])
-            ways.append((self._strips[strip], Way(length, path, fractions[own])))
+            ways.append((self._strips[strip], Way(float(lengths[strip]), path, fractions[own])))
         return ways
-
-    def _shortest(self, flat: _Flat, body: int) -> list[tuple[int, float, Turns]]:
-        """Of each leg, the strip with the shortest way, its length and where it bends."""
-        found = []
-        chords, straight = flat.chords[body].tolist(), flat.straight[body].tolist()
-        for first, last in self._spans:
-            best: tuple[int, float, Turns] = first, np.inf, []
-            for strip in sorted(range(first, last), key=chords.__getitem__):
-                # No thread is shorter than the straight line between its ends.
-                if chords[strip] >= best[1]:
-                    break
-                if straight[strip]:
-                    best = strip, chords[strip], []
-                    break
-                gates = slice(self._sizes[strip])
-                length, turns = _taut(
-                    complex(flat.starts[body, strip]),
-                    flat.lefts[body, strip, gates].tolist(),
-                    flat.rights[body, strip, gates].tolist(),
-                    complex(flat.stops[body, strip]),
-                )
-                if length < best[1]:
-                    best = strip, length, turns
-            found.append(best)
-        return found
 
     def _end_points(self, vertices: Floats) -> Floats:
         """The start and the stop of each strip: (B, V, 3) to (B, S, 2, 3)."""
@@ -272,7 +224,7 @@ class Bundle:
         left, right = left[:, self._firsts], right[:, self._firsts]
         behind = _beyond(left, right, ends[:, :, 0]).conj()
         # Seen from its left end, the next edge is this one turned and stretched.
-        table = (len(vertices), *self._none.shape)
+        table = (len(vertices), *self._table)
         turns, shifts = np.ones(table, dtype=complex), np.zeros(table, dtype=complex)
         turns.reshape(len(vertices), -1)[:, self._places] = np.where(
             self._keeps_left, ahead, 1 - ahead
@@ -284,57 +236,13 @@ class Bundle:
         np.multiply(widths[..., None], np.cumprod(turns[..., :-1], axis=-1), out=sides[..., 1:])
         lefts = np.zeros(table, dtype=complex)
         np.cumsum(sides[..., :-1] * shifts[..., :-1], axis=-1, out=lefts[..., 1:])
-        strips, gates = np.arange(len(self._sizes)), self._lasts - self._firsts
-        stops = lefts[:, strips, gates] + sides[:, strips, gates] * ahead[:, self._lasts]
-        starts = widths * behind
-        rights = (lefts + sides)[:, strips[:, None], self._right_since]
-        along = (stops - starts).conj()[..., None]
-        from_start = starts[..., None]
-        passed = (np.imag(along * (lefts - from_start)) >= 0) & (
-            np.imag(along * (rights - from_start)) <= 0
+        # From here on in rows of gates.
+        rights = (lefts + sides).reshape(len(vertices), -1)[:, self._right_since]
+        lefts, sides = (
+            values.reshape(len(vertices), -1)[:, self._places] for values in (lefts, sides)
         )
-        return _Flat(
-            starts, lefts, rights, stops, np.abs(stops - starts), (passed | self._none).all(axis=-1)
-        )
-
-
-def _crossings(
-    starts: Complexes,
-    left: Complexes,
-    right: Complexes,
-    stops: Complexes,
-    sizes: Sequence[int],
-    turns: Sequence[Turns],
-) -> Floats:
-    """Where taut threads cross their gates, as shares from the left: all gates in one row.
-
-    Parameters
-    ----------
-    starts, stops : of each thread.
-    left, right : of all gates, those of one thread after those of another.
-    sizes : how many gates each thread has.
-    turns : where each bends.
-    """
-    # Between two bends a thread is straight; at a bend it passes through the vertex.
-    bends: list[complex] = []
-    gates: list[int] = []
-    at_ends: list[tuple[int, bool]] = []
-    first = 0
-    for start, stop, size, own in zip(starts.tolist(), stops.tolist(), sizes, turns, strict=True):
-        here = [(first + gate, at_left) for gate, at_left in own]
-        places = [first - 1, *(gate for gate, _ in here), first + size - 1]
-        bends += [start, *((left if at_left else right)[gate] for gate, at_left in here), stop]
-        gates += [*(last - before for before, last in pairwise(places)), 0]
-        at_ends += here
-        first += size
-    corners = np.array(bends)
-    origin = np.repeat(corners, gates)
-    along = np.repeat(np.append(np.diff(corners), 0), gates).conj()
-    to_left, to_right = ((along * (end - origin)).imag for end in (left, right))
-    fractions = np.clip(to_left / np.maximum(to_left - to_right, 1e-300), 0.0, 1.0)
-    for gate, at_left in at_ends:
-        fractions[gate] = 0.0 if at_left else 1.0
-    return fractions
+        stops = lefts[:, self._lasts] + sides[:, self._lasts] * ahead[:, self._lasts]
+        return _Flat(widths * behind, lefts, rights, stops)
 
 
 def _beyond(left: Floats, right: Floats, corners: Floats) -> Complexes:
@@ -350,43 +258,62 @@ def _beyond(left: Floats, right: Floats, corners: Floats) -> Complexes:
     return along + 1j * np.sqrt(np.maximum(across, 0.0))
 
 
-def _taut(
-    start: complex, lefts: list[complex], rights: list[complex], stop: complex
-) -> tuple[float, Turns]:
-    """The length of the thread from start to stop through all gates, and where it bends."""
-    lefts, rights = [*lefts, stop], [*rights, stop]
-    total = 0.0
-    turns: Turns = []
-    tip = start
-    left, right, left_at, right_at = lefts[0], rights[0], 0, 0
-    # The imaginary part of conj(u) * v is positive where v points to the left of u.
-    to_left, to_right = (left - tip).conjugate(), (right - tip).conjugate()
-    gate, gates = 1, len(lefts)
-    while gate < gates:
-        arm = rights[gate] - tip
-        if (to_right * arm).imag >= 0:
-            if right == tip or (to_left * arm).imag < 0:
-                right, right_at, to_right = rights[gate], gate, arm.conjugate()
-            else:
-                total += abs(to_left)
-                turns.append((left_at, True))
-                tip = right = left
-                to_left = to_right = 0j
-                gate = right_at = left_at
-                gate += 1
-                continue
-        arm = lefts[gate] - tip
-        if (to_left * arm).imag <= 0:
-            if left == tip or (to_right * arm).imag > 0:
-                left, left_at, to_left = lefts[gate], gate, arm.conjugate()
-            else:
-                total += abs(to_right)
-                turns.append((right_at, False))
-                tip = left = right
-                to_left = to_right = 0j
-                gate = left_at = right_at
-                gate += 1
-                continue
-        gate += 1
-    # The last gate is the stop, where a thread ends and does not bend.
-    return total + abs(stop - tip), [turn for turn in turns if turn[0] < gates - 1]
+def _taut(flat: _Flat, firsts: Integers) -> tuple[Floats, Floats]:
+    """Pulls threads taut through the gates of strips, all of them together.
+
+    Of the gates that a straight thread would miss, it bends at the one that lies furthest beside
+    it, on either side: there a way must go at least that far aside, and where it goes furthest
+    it turns around the end of a gate. The same holds of each piece between two bends. (Of a strip
+    that turns back on itself, as on no body that looks like a person, a longer way may be found.)
+
+    Parameters
+    ----------
+    flat : S strips with E gates in all on B meshes.
+    firsts : ndarray of shape (S,), the first gate of each strip.
+
+    Returns
+    -------
+    lengths : ndarray of shape (B, S).
+    fractions : ndarray of shape (B, E), where each gate is passed, from its left end.
+    """
+    meshes, gates = flat.lefts.shape
+    strips = len(firsts)
+    # Each thread begins before its gates and ends behind them, in points without width.
+    begins = firsts + 2 * np.arange(strips)
+    ends = np.append(begins[1:], gates + 2 * strips) - 1
+    within = np.ones(gates + 2 * strips, dtype=bool)
+    within[begins] = within[ends] = False
+    lefts = np.empty((meshes, len(within)), dtype=complex)
+    lefts[:, begins], lefts[:, within], lefts[:, ends] = flat.starts, flat.lefts, flat.stops
+    rights = lefts.copy()
+    rights[:, within] = flat.rights
+    left, right = lefts.ravel(), rights.ravel()
+    last = np.zeros(len(within), dtype=bool)
+    last[ends] = True
+    last = np.tile(last, meshes)
+    bent = np.tile(~within, meshes)
+    around_right = np.zeros(len(bent), dtype=bool)
+    while True:
+        bends = np.flatnonzero(bent)
+        corners = left[bends]
+        steps = np.append(corners[1:] - corners[:-1], 0)
+        steps[last[bends]] = 0
+        piece = np.cumsum(bent) - 1
+        origin, along = corners[piece], steps.conj()[piece]
+        # The imaginary part of conj(u) * v is positive where v points to the left of u.
+        to_left, to_right = ((along * (end - origin)).imag for end in (left, right))
+        beside_left = np.minimum(np.minimum.reduceat(to_left, bends), -1e-300)
+        beside_right = np.maximum(np.maximum.reduceat(to_right, bends), 1e-300)
+        new_left = np.flatnonzero(to_left <= beside_left[piece])
+        new_right = np.flatnonzero(to_right >= beside_right[piece])
+        if not len(new_left) and not len(new_right):
+            break
+        # Where a thread bends a gate has no width any more.
+        right[new_left] = left[new_left]
+        left[new_right] = right[new_right]
+        around_right[new_right], around_right[new_left] = True, False
+        bent[new_left] = bent[new_right] = True
+    lengths = np.add.reduceat(np.abs(steps), np.append(0, np.flatnonzero(last[bends])[:-1] + 1))
+    fractions = np.clip(to_left / np.maximum(to_left - to_right, 1e-300), 0.0, 1.0)
+    fractions[around_right] = 1.0
+    return lengths.reshape(meshes, strips), fractions.reshape(meshes, -1)[:, within]

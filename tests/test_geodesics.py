@@ -76,6 +76,59 @@ def test_a_way_bends_at_the_corner_of_its_strip(mirror: int) -> None:
     assert way.points[1:-1] == pytest.approx(np.tile(vertices[0], (4, 1)))
 
 
+def way_from_bend_to_bend(left: Floats, right: Floats) -> float:
+    """The shortest way upwards through level gates, by trying all places where it may bend.
+
+    left, right : ndarrays of shape (n, 2), the ends of the gates; the first and the last are
+        points. A way runs straight between two ends that see each other through the gates between.
+    """
+    shortest = {(0, 0): 0.0}
+    for gate in range(1, len(left)):
+        for at, end in enumerate((left[gate], right[gate])):
+            ways = [np.inf]
+            for before in range(gate):
+                for other, start in enumerate((left[before], right[before])):
+                    shares = (left[before + 1 : gate, 1] - start[1]) / (end[1] - start[1])
+                    across = start[0] + shares * (end[0] - start[0])
+                    seen = (across >= left[before + 1 : gate, 0] - 1e-12) & (
+                        across <= right[before + 1 : gate, 0] + 1e-12
+                    )
+                    if seen.all():
+                        so_far = shortest.get((before, other), np.inf)
+                        ways.append(so_far + float(np.linalg.norm(end - start)))
+            shortest[gate, at] = min(ways)
+    return shortest[len(left) - 1, 0]
+
+
+def test_winding_ribbons_are_passed_from_bend_to_bend() -> None:
+    """Ribbons of many lengths that wind to both sides, all pulled taut together."""
+    random = np.random.default_rng(8)
+    every, strips, expected = [], [], []
+    count, bends = 0, 0
+    for rungs in (3, 8, 20, 30, 40) * 4:
+        path = np.zeros((rungs, 3))
+        path[:, 0] = np.cumsum(random.normal(0, 0.7, rungs))
+        path[:, 1] = np.cumsum(random.uniform(0.2, 1.0, rungs))
+        vertices, strip = ladder(path)
+        every.append(vertices)
+        strips.append(replace(strip, left=strip.left + count, right=strip.right + count))
+        strips[-1] = replace(strips[-1], ends=strip.ends + count)
+        count += len(vertices)
+        sides = np.array([[-0.5, 0.0], [0.5, 0.0]])
+        sides = np.stack([path[:, :2] + side for side in sides])
+        sides[:, [0, -1]] = path[[0, -1], :2]
+        expected.append(way_from_bend_to_bend(*sides))
+    bundled = Bundle([[strip] for strip in strips])
+    ways = [way for _, way in bundled.ways(np.concatenate(every))]
+    assert [way.length for way in ways] == pytest.approx(expected, abs=1e-9)
+    for way in ways:
+        bends += int(np.isin(way.fractions, (0, 1)).sum())
+        on_skin = np.linalg.norm(np.diff(way.points, axis=0), axis=1).sum()
+        assert on_skin == pytest.approx(way.length, abs=1e-9)
+    assert bends > 100
+    assert bundled.lengths(np.concatenate(every)[None])[0] == pytest.approx(expected, abs=1e-9)
+
+
 def test_of_several_strips_the_shortest_counts() -> None:
     """Over a tetrahedron's edge between two corners: along one side or the other."""
     vertices = np.array([[0, 0, 1.0], [0, 0, -1.0], [1.0, 0, 0], [-0.5, 1, 0], [-0.5, -3, 0]])
