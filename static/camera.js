@@ -29,6 +29,8 @@ export class Camera {
   #calm;
   #draw;
   #motion = null; // {start, end, since} while it is on its way
+  #seen = new Vector3(); // for `see`, which is asked hundreds of times a picture
+  #towards = new Vector3();
 
   /**
    * @param {HTMLCanvasElement} canvas
@@ -98,9 +100,9 @@ export class Camera {
 
   /** Where a point is seen in a frame of some size, and how near to straight on. */
   see([x, y, z], facing, { width, height }) {
-    const point = new Vector3(x, y, z);
-    const towards = facing && this.lens.position.clone().sub(point).normalize();
-    const front = facing ? towards.dot(new Vector3(...facing)) : 1;
+    const point = this.#seen.set(x, y, z);
+    const towards = facing && this.#towards.copy(this.lens.position).sub(point).normalize();
+    const front = facing ? towards.x * facing[0] + towards.y * facing[1] + towards.z * facing[2] : 1;
     const { x: across, y: up } = point.project(this.lens);
     return { x: ((1 + across) * width) / 2, y: ((1 - up) * height) / 2, front };
   }

@@ -22,7 +22,7 @@ export class Overlay {
   #scale;
   #scaleMarks;
   #scaleTexts = [];
-  #labels = new Map(); // name to {element, value, note, height, width, side}
+  #labels = new Map(); // name to {element, value, note, side, its width and height within a width of the view}
   #rows = [];
   #ruler = null; // {units, text} where it is shown
 
@@ -60,7 +60,6 @@ export class Overlay {
       this.#labels.set(row.name, { element, value, note, ...this.#drawn(row) });
     }
     this.tell(rows);
-    for (const label of this.#labels.values()) label.height = label.element.offsetHeight;
     this.#settle();
   }
 
@@ -71,6 +70,9 @@ export class Overlay {
       const label = this.#labels.get(row.name);
       if (!label) continue;
       const { value, note } = words(row);
+      // Figures are all of one width: only more or fewer of them make a label another size.
+      if (value.length + note.length !== label.written) label.width = 0;
+      label.written = value.length + note.length;
       label.value.textContent = value;
       label.note.textContent = note;
     }
@@ -88,6 +90,13 @@ export class Overlay {
     const { width, height } = this.#viewer.size;
     this.#updateRuler(width, height);
     if (!this.#labels.size && !this.#ruler) return;
+    // All sizes before anything is written: each reading after that would lay the page out anew.
+    for (const label of this.#labels.values()) {
+      if (label.within !== width) [label.within, label.width] = [width, 0];
+      if (label.width) continue;
+      label.width = label.element.offsetWidth;
+      label.height = label.element.offsetHeight;
+    }
     this.#drawing.setAttribute("viewBox", `0 0 ${width} ${height}`);
     const seen = this.#see(width);
     for (const side of ["left", "right"]) this.#place(side, seen, width, height);
@@ -140,8 +149,7 @@ export class Overlay {
     const inset = EDGE + (side === "left" && this.#ruler && width > NARROW ? RULER : 0);
     let heights = 0;
     own.forEach(([name, { points, ends, hidden }], i) => {
-      const { element, line, guide, height: tall } = this.#labels.get(name);
-      const wide = element.offsetWidth;
+      const { element, line, guide, width: wide, height: tall } = this.#labels.get(name);
       const left = side === "left" ? inset : width - inset - wide;
       element.style.transform = `translate(${left}px, ${Math.round(middles[i] - tall / 2)}px)`;
       element.classList.toggle("behind", hidden);

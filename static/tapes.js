@@ -26,7 +26,10 @@ export class Tapes {
   mesh = new Mesh(corners([], []), taped());
   /** @type {Laid[]} */
   laid = [];
-  #bound = [];
+  #paths = []; // of each tape, on the body that the server made
+  #points = []; // of each, the body's points that it goes with
+  #served = new Float32Array(); // the bands' corners on the body that the server made
+  #owners = new Uint32Array(); // of each corner, where the point that it goes with begins
 
   constructor() {
     this.mesh.frustumCulled = false;
@@ -41,41 +44,39 @@ export class Tapes {
    */
   lay(rows, shape) {
     const find = rows.length ? nearest(shape.served) : null;
-    this.#bound = rows.map(({ name, kind, asked, path }) => {
-      const points = path.map((point) => find(...point));
-      const closed = kind === "girth";
-      const normals = closed
-        ? outwards(path)
-        : smoothed(points.map((v) => Array.from(shape.normals.subarray(3 * v, 3 * v + 3))));
-      return { name, kind, closed, path, points, normals, colour: asked === null ? ESTIMATED : ENTERED };
+    this.#points = rows.map(({ path }) => path.map((point) => find(...point)));
+    this.#paths = rows.map(({ path }) => path);
+    this.laid = rows.map(({ name, kind, path }, i) => {
+      const normals =
+        kind === "girth"
+          ? outwards(path)
+          : smoothed(this.#points[i].map((v) => Array.from(shape.normals.subarray(3 * v, 3 * v + 3))));
+      return { name, kind, normals, points: path.map((point) => [...point]) };
     });
-    this.#build(shape);
+    this.#build(rows);
+    this.follow(shape);
   }
 
-  /** Go with the body. */
-  follow(shape) {
-    this.#relay(shape);
+  /** Go with the body: what lies on it moves as the point beneath does. */
+  follow({ positions, served }) {
     const attribute = this.mesh.geometry.getAttribute("position");
-    let at = 0;
-    for (const { positions } of this.#bands()) {
-      attribute.array.set(positions, at);
-      at += positions.length;
+    const { array } = attribute;
+    const [own, owners] = [this.#served, this.#owners];
+    for (let at = 0, corner = 0; corner < owners.length; corner += 1) {
+      for (let k = owners[corner]; k < owners[corner] + 3; k += 1, at += 1) {
+        array[at] = own[at] + positions[k] - served[k];
+      }
     }
     attribute.needsUpdate = true;
-  }
-
-  #relay(shape) {
-    this.laid = this.#bound.map(({ name, kind, path, points, normals }) => ({
-      name,
-      kind,
-      normals,
-      points: path.map((point, i) =>
-        point.map((value, k) => {
-          const at = 3 * points[i] + k;
-          return value + shape.positions[at] - shape.served[at];
-        }),
-      ),
-    }));
+    this.laid.forEach(({ points }, tape) => {
+      const [path, beneath] = [this.#paths[tape], this.#points[tape]];
+      for (let i = 0; i < points.length; i += 1) {
+        for (let k = 0; k < 3; k += 1) {
+          const at = 3 * beneath[i] + k;
+          points[i][k] = path[i][k] + positions[at] - served[at];
+        }
+      }
+    });
   }
 
   dispose() {
@@ -83,27 +84,24 @@ export class Tapes {
     this.mesh.material.dispose();
   }
 
-  /** Heights are drawn beside the body, and weight nowhere. */
-  #bands() {
-    return this.laid.flatMap(({ kind, points, normals }, i) => {
-      if (kind !== "girth" && kind !== "length") return [];
-      const { closed, colour } = this.#bound[i];
-      return [{ ...band(points, closed, normals, WIDTH), colour }];
-    });
-  }
-
-  #build(shape) {
+  /** The bands of the tapes: heights are drawn beside the body, and weight nowhere. */
+  #build(rows) {
     this.mesh.geometry.dispose();
-    this.#relay(shape);
-    const bands = this.#bands();
-    this.mesh.visible = bands.length > 0;
-    const [positions, tints, index] = [[], [], []];
-    for (const each of bands) {
+    const [positions, tints, index, owners] = [[], [], [], []];
+    this.laid.forEach(({ kind, points, normals }, tape) => {
+      if (kind !== "girth" && kind !== "length") return;
+      const laid = band(points, kind === "girth", normals, WIDTH);
+      const colour = rows[tape].asked === null ? ESTIMATED : ENTERED;
       const first = positions.length / 3;
-      positions.push(...each.positions);
-      for (const edge of each.edges) tints.push(...(edge ? EDGE : each.colour));
-      for (const corner of each.index) index.push(first + corner);
-    }
+      const each = laid.edges.length / points.length;
+      positions.push(...laid.positions);
+      for (const edge of laid.edges) tints.push(...(edge ? EDGE : colour));
+      for (const corner of laid.index) index.push(first + corner);
+      for (const point of this.#points[tape]) owners.push(...Array(each).fill(3 * point));
+    });
+    this.#served = Float32Array.from(positions);
+    this.#owners = Uint32Array.from(owners);
+    this.mesh.visible = index.length > 0;
     this.mesh.geometry = corners(positions, tints);
     this.mesh.geometry.setIndex(index);
   }

@@ -14,6 +14,7 @@ import {
 } from "../../static/numbers.js";
 import { REGIONS } from "../../static/regions.js";
 import { marks } from "../../static/ruler.js";
+import { Tapes } from "../../static/tapes.js";
 
 const near = (actual, expected, tolerance = 1e-6) =>
   assert.ok(Math.abs(actual - expected) <= tolerance, `${actual} is not ${expected}`);
@@ -185,4 +186,37 @@ test("every measurement with a tape belongs to one region", () => {
   const names = Object.values(REGIONS).flat();
   assert.equal(new Set(names).size, names.length);
   assert.equal(names.length, 39); // all 41 but stature, which the ruler tells, and weight
+});
+
+test("tapes go with the skin beneath them, each with its own", () => {
+  const served = Float32Array.from([0, 0, 0, 1, 0, 0, 1, 0, 1, 0, 1, 0, 0, 2, 0]);
+  const normals = Float32Array.from({ length: 15 }, (_, i) => (i % 3 === 2 ? 1 : 0));
+  const shape = { served, positions: served.slice(), normals };
+  const rows = [
+    { name: "ring", kind: "girth", asked: 1, path: [[0, 0, 0], [1, 0, 0], [1, 0, 1]] },
+    { name: "line", kind: "length", asked: null, path: [[0, 1, 0], [0, 2, 0]] },
+    { name: "up", kind: "height", asked: null, path: [[0, 2, 0], [0, 0, 0]] },
+  ];
+  const tapes = new Tapes();
+  tapes.lay(rows, shape);
+  const positions = () => Array.from(tapes.mesh.geometry.getAttribute("position").array);
+  const before = positions();
+  assert.equal(before.length, 3 * 6 * 5); // of the height no band is drawn
+  // The second point of the ring and the line's first move.
+  const [out, up] = [0.25, 0.5];
+  shape.positions[3] += out;
+  shape.positions[10] += up;
+  tapes.follow(shape);
+  const moved = positions().map((value, i) => value - before[i]);
+  moved.forEach((by, i) => {
+    const [corner, axis] = [Math.floor(i / 3 / 6), i % 3];
+    const expected = corner === 1 && axis === 0 ? out : corner === 3 && axis === 1 ? up : 0;
+    assert.ok(Math.abs(by - expected) < 1e-6, `corner ${i}: ${by}`);
+  });
+  assert.deepEqual(tapes.laid.map(({ points }) => points), [
+    [[0, 0, 0], [1.25, 0, 0], [1, 0, 1]],
+    [[0, 1.5, 0], [0, 2, 0]],
+    [[0, 2, 0], [0, 0, 0]],
+  ]);
+  assert.deepEqual(rows[0].path[1], [1, 0, 0]);
 });
