@@ -32,6 +32,10 @@ TOLERANCES: Mapping[str, float] = {"m": 0.0004, "kg": 0.04}
 """A value this near to the asked one is met, by unit: told in tenths of centimetres or
 kilograms, it is the same."""
 
+CLOSENESS = 0.25
+"""The fit goes on until every value is met to this share of its tolerance. At the whole tolerance
+what is missed would be three times as much for the heaviest as for people in the middle."""
+
 ROUNDS = 12
 """After so many bodies the best is given; four of five fits need three at most."""
 
@@ -172,7 +176,9 @@ class _Search:
         self.slopes /= self.scales[owner][:, None]
         self.goal = np.array(list(asked.values()))
         self.aim = (self.goal / self.scales)[owner]
-        self.tolerances = np.array([TOLERANCES[MEASUREMENTS[name].unit] for name in asked])
+        self.tolerances = np.array(
+            [CLOSENESS * TOLERANCES[MEASUREMENTS[name].unit] for name in asked]
+        )
         self.slack = (0.5 * self.tolerances / self.scales)[owner]
         self.reach = np.inf
         self.damping = SOFTNESS
