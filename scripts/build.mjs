@@ -6,6 +6,7 @@
  */
 
 import { copyFileSync, mkdirSync, rmSync, writeFileSync } from "node:fs";
+import path from "node:path";
 import { fileURLToPath } from "node:url";
 
 import { build } from "esbuild";
@@ -15,7 +16,7 @@ import { poseBundle } from "./pose_bundle.mjs";
 const BUILT = "static/build";
 
 rmSync(BUILT, { recursive: true, force: true });
-await build({
+const { metafile } = await build({
   entryPoints: [
     "static/avatar.js",
     "static/preview.js",
@@ -32,7 +33,19 @@ await build({
   minify: true,
   legalComments: "linked",
   logLevel: "warning",
+  metafile: true,
 });
+
+// Which pieces each script imports at once: a page asks for them beside it, not after it.
+const pieces = Object.entries(metafile.outputs)
+  .filter(([, { entryPoint }]) => entryPoint)
+  .map(([name, { imports }]) => [
+    path.relative("static", name),
+    imports
+      .filter(({ kind, external }) => kind === "import-statement" && !external)
+      .map((piece) => path.relative("static", piece.path)),
+  ]);
+writeFileSync(`${BUILT}/pieces.json`, JSON.stringify(Object.fromEntries(pieces)));
 
 // What finds people in photos: the runtime as it comes, and the network as the runtime takes it.
 const runtime = new URL(".", import.meta.resolve("@mediapipe/tasks-vision"));

@@ -71,6 +71,21 @@ def test_a_part_of_a_static_file_is_a_part_of_the_file(client):
     assert client.get("/static/../pyproject.toml", headers=BROWSER).status_code == 404
 
 
+@pytest.mark.parametrize("path", ["/avatar", "/compare"])
+def test_a_script_and_what_it_imports_are_asked_for_together(shopper, path):
+    page = shopper.get(path).text
+    scripts = re.findall(r'<script type="module" src="(/static/build/[^"?]+)', page)
+    preloaded = re.findall(r'<link rel="modulepreload" href="([^"]+)"', page)
+    imported = [
+        "/static/build/" + piece
+        for script in scripts
+        for piece in re.findall(r'from"(?:\.\./|\./)+([^"]+)"', shopper.get(script).text)
+    ]
+    assert preloaded == imported != []
+    for piece in preloaded:
+        assert "immutable" in shopper.get(piece).headers["Cache-Control"]
+
+
 def test_the_file_travels_light(client):
     sizes = {
         live: len(

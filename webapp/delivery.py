@@ -3,7 +3,9 @@
 import functools
 import gzip
 import hashlib
+import json
 import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import brotli
@@ -57,6 +59,7 @@ def deliver(app: Flask) -> None:
     Compress(app)
     app.after_request(compress_file)
     app.add_template_global(static_url)
+    app.add_template_global(pieces)
 
 
 def static_url(filename: str) -> str:
@@ -65,6 +68,27 @@ def static_url(filename: str) -> str:
     if not file.is_file():
         return url_for("static", filename=filename)
     return url_for("static", filename=filename, v=fingerprint(file, file.stat().st_mtime_ns))
+
+
+def pieces(script: str) -> list[str]:
+    """The addresses of what a built script imports at once, to be asked for beside it.
+
+    A browser that learns of them from the script itself asks a round trip later.
+    """
+    listed = ROOT / "static" / "build" / "pieces.json"
+    if not listed.is_file():  # without the front end there is no script either
+        return []
+    return [
+        url_for("static", filename=piece)
+        for piece in imports(listed, listed.stat().st_mtime_ns).get(script, ())
+    ]
+
+
+@functools.lru_cache(maxsize=1)
+def imports(listed: Path, changed: int) -> Mapping[str, Sequence[str]]:  # noqa: ARG001 - as below
+    """What the build says that each of its scripts imports."""
+    found: Mapping[str, Sequence[str]] = json.loads(listed.read_text("utf-8"))
+    return found
 
 
 @functools.lru_cache
