@@ -170,7 +170,7 @@ def failed(error: HTTPException) -> Response:
         return api.problem(error)
     if isinstance(error, BadHost | SecurityError):
         # Our pages have addresses in them, which such a host has not.
-        return Response("There is no such host.\n", error.code, content_type="text/plain")
+        return Response("There is no such host.\n", error.code, mimetype="text/plain")
     response = error.get_response()
     busy = isinstance(error, overload.Overloaded)
     response.set_data(render_template("error.html", code="busy" if busy else error.code or 500))
@@ -210,14 +210,10 @@ def hear_out(response: Response) -> Response:
 
 
 def add_headers(response: Response) -> Response:
-    """Security for every response; caching for what may be kept and only that."""
+    """Security for every response; only the site's own files may be kept."""
     secure(response)
     if request.endpoint == "static":
         delivery.keep(response)
-    elif request.method == "GET" and request.blueprint == "wizard":
-        # Kept by the browser alone, so that going back shows what was typed.
-        response.cache_control.private = True
-        response.cache_control.no_cache = True
     else:
         response.cache_control.no_store = True
     return response
