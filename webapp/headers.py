@@ -70,8 +70,8 @@ def secure(response: Response) -> Response:
     headers.setdefault("Content-Security-Policy", policy)
     for name, value in SECURITY_HEADERS.items():
         headers.setdefault(name, value)
-    if request.path.startswith("/api/") and response.mimetype in FILE_NAMES:
-        name = FILE_NAMES[response.mimetype]
+    name = FILE_NAMES.get(response.mimetype or "")
+    if name and request.path.startswith("/api/"):
         headers.setdefault("Content-Disposition", f'attachment; filename="{name}"')
     if photos:
         # The camera is asked for on this page alone, and used by nobody but us.
