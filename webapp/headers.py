@@ -70,9 +70,9 @@ def secure(response: Response) -> Response:
     headers.setdefault("Content-Security-Policy", policy)
     for name, value in SECURITY_HEADERS.items():
         headers.setdefault(name, value)
-    name = FILE_NAMES.get(response.mimetype or "")
-    if name and request.path.startswith("/api/"):
-        headers.setdefault("Content-Disposition", f'attachment; filename="{name}"')
+    saved_as = FILE_NAMES.get(response.mimetype or "")
+    if saved_as and request.path.startswith("/api/"):
+        headers.setdefault("Content-Disposition", f'attachment; filename="{saved_as}"')
     if photos:
         # The camera is asked for on this page alone, and used by nobody but us.
         everywhere = SECURITY_HEADERS["Permissions-Policy"]
