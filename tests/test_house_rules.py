@@ -48,6 +48,11 @@ def ruff(name, text):
         ("model/estimators.py", "from joblib import dump\n", "TID251"),
         ("model/geometry.py", 'print("a body")\n', "T201"),
         ("model/geometry.py", "def area(faces):\n    return 0\n", "D103"),
+        (
+            "model/geometry.py",
+            '"""A."""\n\n\nclass Tape:\n    """A."""\n\n    def read(self): ...\n',
+            "D102",
+        ),
         ("model/geometry.py", "import math\n", "D100"),
         ("webapp/api.py", "try:\n    x = 1\nexcept Exception:\n    pass\n", "BLE001"),
         ("webapp/api.py", 'x = eval("1")\n', "S307"),

@@ -67,9 +67,11 @@ class CarefulInput(io.RawIOBase):
         self.given = given
 
     def readable(self) -> bool:
+        """Always: what is read from says where it ends."""
         return True
 
     def readinto(self, buffer: bytearray) -> int:  # type: ignore[override]
+        """Read on, and answer how many bytes; a broken body is a bad request."""
         try:
             content = self.given.read(len(buffer))
         except Exception as error:
