@@ -18,6 +18,7 @@
 #   make fuzz        50,000 generated requests, none of which may be answered 5xx
 #   make faults      a real server, broken in the ways in which servers break
 #   make audit       known weaknesses of the locked packages, where the registries tell of them
+#   make api         docs/api.md, from the site's OpenAPI document
 #   make licences    docs/licences.md, from the metadata of what is installed
 #   make lock        the lock files, from pyproject.toml
 #   make clean       remove environments, packages and built files (not the secret in instance/,
@@ -49,7 +50,7 @@ SCRIPTS := $(shell find static -path static/build -prune -o -name '*.js' -print 
 export PLAYWRIGHT_SKIP_BROWSER_DOWNLOAD := 1
 export NPM_CONFIG_UPDATE_NOTIFIER := false
 
-.PHONY: help run test lint format train population report guide words bench lighthouse frames fuzz faults audit licences lock clean
+.PHONY: help run test lint format train population report guide words bench lighthouse frames fuzz faults audit api licences lock clean
 .DELETE_ON_ERROR:
 
 help:
@@ -151,6 +152,9 @@ audit: $(NODE_MODULES)
 	@$(AUDIT_VENV)/bin/python -m pip install -qq --disable-pip-version-check pip-audit
 	@$(AUDIT_VENV)/bin/pip-audit --strict --require-hashes --disable-pip -r requirements.txt
 	@npm audit --omit=dev
+
+api: $(SITE)
+	@$(BIN)/python scripts/api_page.py --write
 
 licences: $(DEV) $(NODE_MODULES)
 	@$(BIN)/python scripts/licences.py --write

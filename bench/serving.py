@@ -188,6 +188,7 @@ class Shopper:
     cookie: str = field(default="", repr=False)
 
     def get(self, path: str) -> Answer:
+        """A page, asked for with the cookie."""
         return self._keep(ask(self.port, "GET", path, headers=self._headers()))
 
     def enter(self, **fields: str) -> Answer:

@@ -23,9 +23,11 @@ class Timings:
     reckoned: Mapping[str, Floats]
 
     def median(self, name: str) -> float:
+        """Seconds on the clock."""
         return float(np.median(self.seconds[name]))
 
     def median_reckoned(self, name: str) -> float:
+        """Seconds of the processor."""
         return float(np.median(self.reckoned[name]))
 
     def spread(self, name: str) -> tuple[float, float]:

@@ -67,6 +67,7 @@ class Girth:
         return self.start, self.stop, self.start, self.stop
 
     def read(self, template: TemplateMesh, vertices: Floats) -> Floats:
+        """The girths of a batch: (B,), metres."""
         tied, rows = tie(template, vertices, [self])
         return tied.perimeters[rows[:, 0]]
 
@@ -76,6 +77,7 @@ class Girth:
         return float(tied.perimeters[rows[0, 0]]), tied.loop(int(rows[0, 0]))
 
     def gradient(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Gradient]:
+        """The girth and its derivative, on the plane that counts just now."""
         tied, rows = tie(template, vertices[None], [self])
         row = int(rows[0, 0])
         return float(tied.perimeters[row]), gradients(template, vertices, [self], tied, [(0, row)])[
@@ -174,9 +176,11 @@ class Extent:
 
     @property
     def axis(self) -> int:
+        """The axis that is measured along: 0 is left to right, 2 back to front."""
         return 0 if self.direction == "breadth" else 2
 
     def read(self, template: TemplateMesh, vertices: Floats) -> Floats:
+        """The extents of a batch: (B,), metres."""
         tied, rows = tie(template, vertices, [self.girth])
         return np.array([np.ptp(tied.loop(row)[:, self.axis]) for row in rows[:, 0].tolist()])
 

@@ -60,6 +60,7 @@ class Measurement:
 
     @property
     def unit(self) -> Literal["m", "kg"]:
+        """The SI unit: kilograms for a mass, metres for all others."""
         return "kg" if self.kind == "mass" else "m"
 
     @property

@@ -251,6 +251,7 @@ class Sheet:
         return self.origin + flat / self.step * [1, -1]
 
     def landmark_row(self, name: str) -> int:
+        """The row of the sheet in which a landmark is."""
         return int(self.place_of(name)[1])
 
     def heights(self, rows: Iterable[int]) -> Floats:

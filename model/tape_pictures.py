@@ -84,11 +84,13 @@ class View:
 
     @property
     def right(self) -> Floats:
+        """The picture's right, in the body's coordinates: of shape (3,)."""
         turn = np.radians(self.azimuth)
         return np.array([np.cos(turn), 0.0, -np.sin(turn)])
 
     @property
     def towards(self) -> Floats:
+        """The way from the body to the camera, level: of shape (3,)."""
         turn = np.radians(self.azimuth)
         return np.array([np.sin(turn), 0.0, np.cos(turn)])
 

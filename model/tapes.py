@@ -64,6 +64,7 @@ class Geodesic:
         return tuple(pairwise(self.through))
 
     def read(self, template: TemplateMesh, vertices: Floats) -> Floats:
+        """The lengths of a batch's ways: (B,), metres."""
         return bundle(template, self.legs()).lengths(vertices).sum(axis=1)
 
     def take(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Floats]:
@@ -76,6 +77,7 @@ class Geodesic:
         return np.concatenate([way.points for way in ways])
 
     def gradient(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Gradient]:
+        """The length and its derivative, along the way as it runs just now."""
         ways = bundle(template, self.legs()).ways(vertices)
         slopes = [length_gradient(strip, way) for strip, way in ways]
         indices, gradient = (np.concatenate(piece) for piece in zip(*slopes, strict=True))
@@ -113,6 +115,7 @@ class Height:
     bottom: Landmarks = ()
 
     def read(self, template: TemplateMesh, vertices: Floats) -> Floats:
+        """The heights of a batch: (B,), metres."""
         return self._ends(template, vertices, 0)[:, 1] - self._ends(template, vertices, 1)[:, 1]
 
     def take(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Floats]:
@@ -121,6 +124,7 @@ class Height:
         return float(top[1] - bottom[1]), np.array([top, [top[0], bottom[1], top[2]]])
 
     def gradient(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Gradient]:
+        """The height and its derivative, which only the two ends have."""
         pieces = []
         for end, sign in ((0, 1.0), (1, -1.0)):
             names = (self.top, self.bottom)[end]
@@ -150,6 +154,7 @@ class Span:
     stop: str
 
     def read(self, template: TemplateMesh, vertices: Floats) -> Floats:
+        """The distances of a batch: (B,), metres."""
         return np.linalg.norm(self._between(template, vertices), axis=-1)
 
     def take(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Floats]:
@@ -160,6 +165,7 @@ class Span:
         return float(np.linalg.norm(ends[1] - ends[0])), ends
 
     def gradient(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Gradient]:
+        """The distance and its derivative, along the line between the ends."""
         between = self._between(template, vertices)
         length = float(np.linalg.norm(between))
         start, start_weights = template.landmark_weights(self.start)
@@ -177,6 +183,7 @@ class Mass:
     """Volume of the closed body times `BODY_DENSITY`."""
 
     def read(self, template: TemplateMesh, vertices: Floats) -> Floats:
+        """The masses of a batch: (B,), kilograms."""
         return BODY_DENSITY * geometry.volume(vertices, template.faces)
 
     def take(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Floats]:
@@ -184,6 +191,7 @@ class Mass:
         return float(self.read(template, vertices[None])[0]), np.zeros((0, 3))
 
     def gradient(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Gradient]:
+        """The mass and its derivative: the density times that of the volume."""
         slopes = BODY_DENSITY * geometry.volume_gradient(vertices, template.faces)
         # Volume grows with the third power of size: its slope along the body is three times it.
         mass = float(np.vdot(slopes, vertices)) / 3

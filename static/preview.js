@@ -51,11 +51,22 @@ function start(element) {
       const [{ createViewer }, { Overlay }] = await Promise.all([
         import("./stage.js"),
         import("./overlay.js"),
+        dress(element.dataset.style),
       ]);
       viewer = createViewer(place);
       overlay = new Overlay(place, viewer);
     }
     await show();
+  }
+
+  /** Fetches the view's style sheet, whose rules count from then on. */
+  function dress(address) {
+    const link = Object.assign(document.createElement("link"), { rel: "stylesheet", href: address });
+    document.head.append(link);
+    return new Promise((resolve, reject) => {
+      link.addEventListener("load", resolve);
+      link.addEventListener("error", () => reject(new Error(`No style sheet at ${address}`)));
+    });
   }
 
   function close() {

@@ -121,6 +121,30 @@ def test_with_a_target_for_every_value_it_travels_light_too(client, kind):
         assert len(packed.data) < 1_500_000, encoding
 
 
+PAGES = (
+    "/",
+    "/nothing",
+    "/numbers",
+    "/measure",
+    "/measure/waist_girth",
+    "/review",
+    "/avatar",
+    "/avatar/sheet",
+    "/compare",
+)
+
+
+@pytest.mark.parametrize("path", PAGES)
+def test_a_page_waits_for_few_style_sheets(shopper, path):
+    shopper.get(path)
+    links = shopper.page.findall(".//link[@rel='stylesheet']")
+    addresses = [link.get("href") for link in links]
+    assert addresses[0].startswith("/static/css/site.css")
+    assert len(addresses) <= 3
+    for address in addresses:
+        assert shopper.get(address).cache_control.immutable
+
+
 def pieces(script):
     """The other files that a built script fetches."""
     return re.findall(r"""["']\./([\w-]+\.js)["']""", script)

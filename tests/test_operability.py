@@ -318,9 +318,9 @@ def test_what_was_typed_outlives_a_jump_of_the_clock(site, hours, kept):
         serializer.signer = Elsewhere
         cookie = serializer.dumps({"typed": {"body": "male", "units": "metric", "stature": "180"}})
     client = site.test_client()
-    client.set_cookie("fitting_room", cookie)
+    client.set_cookie("__Host-fitting_room", cookie)
     client.get("/")
     assert (client.page.find(".//form[@action='/forget']") is not None) == kept
-    client.set_cookie("fitting_room", cookie[:-1])
+    client.set_cookie("__Host-fitting_room", cookie[:-1])
     client.get("/")
     assert client.page.find(".//form[@action='/forget']") is None

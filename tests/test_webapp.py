@@ -30,11 +30,11 @@ def test_a_deployed_site_refuses_a_key_that_is_no_secret(key):
 def test_a_former_key_is_still_read(make_site):
     old = make_site(SECRET_KEY="the key of last year").test_client()
     old.send(body="male", stature="180")
-    cookie = old.get_cookie("fitting_room").value
+    cookie = old.get_cookie("__Host-fitting_room").value
     for former, location in ((["the key of last year"], "/avatar.glb"), ([], None)):
         new = make_site(SECRET_KEY="the key of this year", SECRET_KEY_FALLBACKS=former)
         client = new.test_client()
-        client.set_cookie("fitting_room", cookie)
+        client.set_cookie("__Host-fitting_room", cookie)
         assert client.get("/avatar.glb").status_code == (200 if location else 404)
 
 

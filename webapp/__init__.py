@@ -67,9 +67,11 @@ class CarefulInput(io.RawIOBase):
         self.given = given
 
     def readable(self) -> bool:
+        """Always: what is read from says where it ends."""
         return True
 
     def readinto(self, buffer: bytearray) -> int:  # type: ignore[override]
+        """Read on, and answer how many bytes; a broken body is a bad request."""
         try:
             content = self.given.read(len(buffer))
         except Exception as error:
@@ -170,7 +172,7 @@ def failed(error: HTTPException) -> Response:
         return api.problem(error)
     if isinstance(error, BadHost | SecurityError):
         # Our pages have addresses in them, which such a host has not.
-        return Response("There is no such host.\n", error.code, content_type="text/plain")
+        return Response("There is no such host.\n", error.code, mimetype="text/plain")
     response = error.get_response()
     busy = isinstance(error, overload.Overloaded)
     response.set_data(render_template("error.html", code="busy" if busy else error.code or 500))
@@ -210,14 +212,10 @@ def hear_out(response: Response) -> Response:
 
 
 def add_headers(response: Response) -> Response:
-    """Security for every response; caching for what may be kept and only that."""
+    """Security for every response; only the site's own files may be kept."""
     secure(response)
     if request.endpoint == "static":
         delivery.keep(response)
-    elif request.method == "GET" and request.blueprint == "wizard":
-        # Kept by the browser alone, so that going back shows what was typed.
-        response.cache_control.private = True
-        response.cache_control.no_cache = True
     else:
         response.cache_control.no_store = True
     return response

@@ -30,6 +30,14 @@ SECURITY_HEADERS: Mapping[str, str] = {
 
 HSTS = "max-age=31536000"
 
+FILE_NAMES: Mapping[str, str] = {
+    "application/json": "api.json",
+    "application/problem+json": "api.json",
+    "image/png": "api.png",
+}
+"""What the API's answers are called where a browser is led to one: it saves it, and opens nothing
+that somebody else made up. A body has a name of its own."""
+
 PHOTO_PAGE = "comparisons.page"
 PHOTO_WORKER = "build/photos/worker.js"
 
@@ -62,6 +70,9 @@ def secure(response: Response) -> Response:
     headers.setdefault("Content-Security-Policy", policy)
     for name, value in SECURITY_HEADERS.items():
         headers.setdefault(name, value)
+    saved_as = FILE_NAMES.get(response.mimetype or "")
+    if saved_as and request.path.startswith("/api/"):
+        headers.setdefault("Content-Disposition", f'attachment; filename="{saved_as}"')
     if photos:
         # The camera is asked for on this page alone, and used by nobody but us.
         everywhere = SECURITY_HEADERS["Permissions-Policy"]

@@ -7,6 +7,8 @@ from webapp.units import UNITS
 
 VERSION = "1.0.0"
 
+BUSY = "As many wait as may; Retry-After says when to come again."
+
 
 def document() -> Schema:
     """The whole description."""
@@ -52,7 +54,7 @@ def document() -> Schema:
                         f"A body as a picture, {words}.",
                         "PictureRequest",
                         _answer("The picture.", "image/png", {}),
-                        {"503": _problem("This server cannot draw pictures.")},
+                        {"503": _problem(f"{BUSY} Or this server cannot draw pictures.")},
                     )
                 }
                 for side, words in (("front", "seen from the front"), ("profile", "from the side"))
@@ -103,6 +105,7 @@ def _avatar_operation(
             "Values that cannot be; `errors` names each. Values that are each within their "
             "range but that no body has together are `contradictory`, at `measurements`."
         ),
+        "503": _problem(BUSY),
     }
     operation = _operation(name, summary, answer, refusals | (others or {}))
     operation["requestBody"] = {
@@ -136,6 +139,7 @@ def _comparison_operation() -> Schema:
                 "Values that cannot be, as for an avatar; or a picture that is no outline of one "
                 "standing person: `no_person`, `cut_off`, `several_people`, `too_small`."
             ),
+            "503": _problem(BUSY),
         },
     )
     operation["requestBody"] = {

@@ -142,7 +142,9 @@ def environment(variables: Mapping[str, str]) -> dict[str, Any]:
         "FITTING_ROOM_LOCAL": local,
         "SECRET_KEY": said("SECRET_KEY") or (secrets.token_hex(32) if local else ""),
         "SECRET_KEY_FALLBACKS": said("SECRET_KEY_FALLBACKS").split(),
-        "SESSION_COOKIE_NAME": "fitting_room",
+        # Of a name with this prefix browsers take a cookie by https alone, from this very host and
+        # for all of it: no neighbour under the same domain can set or read it.
+        "SESSION_COOKIE_NAME": "fitting_room" if local else "__Host-fitting_room",
         "SESSION_COOKIE_HTTPONLY": True,
         # On a shop's page the cookie is a third party's: it travels there, and only there, in a
         # jar of that shop's own.

@@ -58,10 +58,12 @@ class Alternative:
 
     @property
     def views(self) -> int:
+        """How many views the picture has."""
         return len(views_of(self.name))
 
     @property
     def words(self) -> str:
+        """What the picture shows, for those who do not see it, in the page's language."""
         seen = gettext(" and ").join(str(_SEEN[view]) for view in views_of(self.name))
         return str(_DRAWN[MEASUREMENTS[self.name].kind]) % {"views": seen}
 

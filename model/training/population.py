@@ -41,6 +41,7 @@ class Population:
     date: str
 
     def of(self, sex: Sex) -> Booleans:
+        """Which bodies are of one sex: (n,)."""
         return self.sexes == SEXES.index(sex)
 
 

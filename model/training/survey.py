@@ -125,6 +125,7 @@ class SurveyStatistics:
     correlations: Floats
 
     def covariance(self) -> Floats:
+        """Of the logarithms: (C, C)."""
         return self.correlations * np.outer(self.deviations, self.deviations)
 
 
