@@ -98,4 +98,4 @@ def test_a_deployed_sites_cookie_belongs_to_its_host_alone(make_site):
 
 def test_what_lies_among_the_files_is_meant_to_be_served():
     kinds = {file.suffix for file in STATIC.rglob("*") if file.is_file()}
-    assert kinds <= {".css", ".js", ".svg", ".webp", ".wasm", ".task", ".txt", ""}
+    assert kinds <= {".css", ".js", ".json", ".svg", ".webp", ".wasm", ".task", ".txt", ""}
