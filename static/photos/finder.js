@@ -57,7 +57,7 @@ export function createFinder(places) {
     /** The end of it; who still waits is told. */
     stop() {
       worker.terminate();
-      fail("the finder was stopped");
+      fail("stopped");
     },
   };
 }
