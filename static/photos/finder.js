@@ -27,10 +27,10 @@ export function createFinder(places) {
     if (error) reject(new Error(error));
     else resolve(answer);
   });
-  worker.addEventListener("error", (event) => fail(event.message || "no worker"));
+  worker.addEventListener("error", (event) => fail(new Error(event.message || "no worker")));
 
-  function fail(message) {
-    for (const { reject } of waiting.values()) reject(new Error(message));
+  function fail(error) {
+    for (const { reject } of waiting.values()) reject(error);
     waiting.clear();
   }
 
@@ -57,7 +57,7 @@ export function createFinder(places) {
     /** The end of it; who still waits is told. */
     stop() {
       worker.terminate();
-      fail("stopped");
+      fail(new Error("the finder was stopped"));
     },
   };
 }
