@@ -12,7 +12,9 @@ WAVES = 0.03
 """Metres: how far along an outline its errors are alike."""
 
 CLOTHED = (0.2, 0.82)
-"""From the knees to the armpits, as shares of the height: what loose clothes hang on."""
+TROUSERS = (0.06, 0.6)
+"""From the knees to the armpits, and from the ankles to the waist, as shares of the height: what
+loose clothes hang on."""
 
 FINE_ROWS = 1200
 """Pixels from crown to soles, as the page sends them."""
@@ -44,7 +46,12 @@ def with_arms(body: Body, left: tuple[float, float], right: tuple[float, float])
 
 
 def roughened(
-    mask: Mask, share: float, height: float, random: np.random.Generator, cloth: float = 0.0
+    mask: Mask,
+    share: float,
+    height: float,
+    random: np.random.Generator,
+    cloth: float = 0.0,
+    worn: tuple[float, float] = CLOTHED,
 ) -> NDArray[np.float32]:
     """A mask whose outline is moved at every point, so that breadths are off by a share.
 
@@ -53,7 +60,8 @@ def roughened(
     share : of the row's run of pixels that ends there, as a standard deviation: each of its two
         edges has its part.
     height : of the person, in metres.
-    cloth : metres by which `CLOTHED` is thicker all around.
+    cloth : metres by which the figure is thicker all around where it is worn.
+    worn : from where to where that is, as shares of the height.
 
     Returns
     -------
@@ -75,7 +83,7 @@ def roughened(
     waves = waves[: inside.shape[0], : inside.shape[1]]
     depths += share / np.sqrt(2) * breadths[tuple(nearest)] * waves
     above = 1 - (np.arange(len(inside)) - 30) / len(mask.cover)
-    clothed = (above > CLOTHED[0]) & (above < CLOTHED[1])
+    clothed = (above > worn[0]) & (above < worn[1])
     depths += clothed[:, None] * cloth / height * len(mask.cover)
     return np.clip(depths + 0.5, 0, 1).astype(np.float32)
 

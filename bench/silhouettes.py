@@ -17,7 +17,7 @@ import numpy as np
 from joblib import Parallel, delayed
 from threadpoolctl import threadpool_limits
 
-from bench.outlines import FINE_ROWS, roughened, with_arms
+from bench.outlines import CLOTHED, FINE_ROWS, TROUSERS, roughened, with_arms
 from model.anthropometry import measure_batch
 from model.camera_estimate import estimate_camera
 from model.cameras import USUAL_CAMERA, Camera, Facing, Side
@@ -49,7 +49,7 @@ LIFTS, SWINGS = (-0.30, 0.15), (-0.10, 0.10)
 
 NOISE = 0.01
 WAIST = 1.1
-CLOTH = 0.02
+CLOTH, WIDE_CLOTH = 0.02, 0.03
 
 ODD = 1.5
 """A waist or a thigh is unusual that is so many deviations from what the law of people leads to
@@ -85,7 +85,8 @@ class Helped:
 
     before, after : mean distance of all vertices, and of trunk and legs, in metres.
     miss : the largest of an entered length, in metres.
-    pull, cloth : see `model.refinement.Refined`.
+    pull : see `model.refinement.Refined`.
+    cloth : what was taken for cloth, the mean of all levels, in metres.
     """
 
     before: tuple[float, float]
@@ -121,6 +122,11 @@ def main(arguments: Sequence[str]) -> None:
         f"8 entered, in clothes that stand off by {100 * CLOTH:.0f} cm": {"cloth": CLOTH},
         f"4 entered, in clothes that stand off by {100 * CLOTH:.0f} cm": {
             "cloth": CLOTH,
+            "entered": FEW,
+        },
+        f"4 entered, in trousers that stand off by {100 * WIDE_CLOTH:.0f} cm": {
+            "cloth": WIDE_CLOTH,
+            "worn": TROUSERS,
             "entered": FEW,
         },
     }
@@ -164,7 +170,7 @@ def tell(row: int, seed: int) -> Told:
     """Compares one body's outlines with itself, with its avatar and with a stouter body."""
     estimator, body, random = _person(row, seed)
     asked = _values(body, EIGHT)
-    photos, rough = _photographed(body, random, NOISE, 0.0)
+    photos, rough = _photographed(body, random, NOISE)
     likely = Likely(load_population().coefficients[row], estimator.spread)
     kept = {name: asked[name] for name in ("stature", "inseam_height")}
     wanted = MeasurementSet(kept | {"waist_girth": WAIST * asked["waist_girth"]})
@@ -202,12 +208,13 @@ def help_with(
     entered: Sequence[str] = EIGHT,
     noise: float = NOISE,
     cloth: float = 0.0,
+    worn: tuple[float, float] = CLOTHED,
     told: bool = True,
 ) -> Helped:
     """Refines one body by its outlines, with or without being told of the camera."""
     estimator, body, random = _person(row, seed)
     asked = _values(body, entered)
-    photos, _ = _photographed(body, random, noise, cloth)
+    photos, _ = _photographed(body, random, noise, cloth, worn)
     first = fit_to_tape(estimator, asked).body
     if not told:
         camera = estimate_camera({photo.side: photo.mask for photo in photos}, first)
@@ -223,7 +230,7 @@ def help_with(
         )
     )
     lengths = [abs(miss) for name, miss in refined.fit.misses.items() if name != "weight"]
-    return Helped(before, after, max(lengths), refined.pull, refined.cloth)
+    return Helped(before, after, max(lengths), refined.pull, float(refined.cloth.mean()))
 
 
 def unusual(rows: Sequence[int], entered: Sequence[str]) -> Booleans:
@@ -250,7 +257,11 @@ def _values(body: Body, names: Sequence[str]) -> MeasurementSet:
 
 
 def _photographed(
-    body: Body, random: np.random.Generator, noise: float, cloth: float
+    body: Body,
+    random: np.random.Generator,
+    noise: float,
+    cloth: float = 0.0,
+    worn: tuple[float, float] = CLOTHED,
 ) -> tuple[list[Photo], dict[Side, float]]:
     """A body's rough outlines by one camera, its arms turned; IoU of each with the smooth one."""
     camera = Camera(random.uniform(*DISTANCES), random.uniform(*HEIGHTS))
@@ -261,7 +272,7 @@ def _photographed(
         facing: Facing = "left" if side == "profile" and random.random() < 0.5 else "right"
         mask: Mask = silhouette(turned, side, camera=camera, facing=facing, rows=FINE_ROWS)
         height = float(np.ptp(body.vertices[:, 1]))
-        cover = roughened(mask, noise, height, random, cloth)
+        cover = roughened(mask, noise, height, random, cloth, worn)
         covers = cover, np.pad(mask.cover, (np.array(cover.shape) - mask.cover.shape)[0] // 2)
         rough[side] = float(np.minimum(*covers).sum() / np.maximum(*covers).sum())
         photos.append(Photo(person(cover), side, camera, facing))
@@ -369,9 +380,10 @@ def _told_lines(told: Sequence[Told]) -> Iterable[str]:
 def _helped_lines(trials: Mapping[str, Sequence[Helped]]) -> Iterable[str]:
     yield (
         "| | bodies | all vertices, mm | falls by | trunk and legs, mm | falls by | nearer "
-        "| largest miss of an entered length, mm | outlines given less pull |"
+        "| largest miss of an entered length, mm | outlines given less pull "
+        "| taken for cloth, mean, mm |"
     )
-    yield "|---|---|---|---|---|---|---|---|---|"
+    yield "|---|---|---|---|---|---|---|---|---|---|"
     for words, ones in trials.items():
         if ones:
             yield _row(words, ones)
@@ -387,4 +399,5 @@ def _row(words: str, ones: Sequence[Helped]) -> str:
     cells.append(f"{(after[:, 0] < before[:, 0]).sum()} of {len(ones)}")
     cells.append(f"{1e3 * max(one.miss for one in ones):.2f}")
     cells.append(str(sum(one.pull < 1 for one in ones)))
+    cells.append(f"{1e3 * np.mean([one.cloth for one in ones]):.1f}")
     return "| " + " | ".join(cells) + " |"

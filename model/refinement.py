@@ -6,33 +6,44 @@ linear observations; Gauss-Newton, as an outline bends when the body does); amon
 fit finds the one that measures what was asked. Entered values hold as before, and outlines have a
 say in what those leave open.
 
-Clothes, stance and arms are no body. How far cloth stands off is left open, and so is where the
-person stands, leans and sways; what an arm may hide is left out; and an edge that is far from
-where any likely body has it counts for little.
+Clothes, stance and arms are no body. How far cloth stands off is left open, level by level: it
+only ever adds to an outline, and by the same in every photo, so that what the entered values and
+what bodies look like do not explain is taken for it, and told. Where the person stands, leans and
+sways is left open too; what an arm may hide is left out; and an edge that is far from where any
+likely body has it counts for little.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import qr
+from scipy.linalg import block_diag, qr
 
+from model.anthropometry import TAPES
 from model.cameras import Camera, Facing, Side, seen
 from model.comparison import Edges, photo_edges
 from model.estimators import Estimator
-from model.geometry import Floats
+from model.geometry import Booleans, Floats
 from model.masks import Mask
 from model.measurements import MEASUREMENTS, MeasurementSet
 from model.silhouette import LEG, UPRIGHT, contour, contour_gradients
 from model.tape_fit import TOLERANCES, Likely, TapeFit, fit_to_tape, furthest
+from model.tape_pieces import TapePieces
 
 NOISE = 0.006
 """Metres: how far an outline's edge may be off, in rows 15 mm apart. Two passes of the segmenter
 over one photo differ by 4 mm in the breadth of a trunk."""
 
 CLOTH = 0.006
-"""Metres: how far cloth stands off the body all over, as a deviation: photos are asked for in
-tight clothes."""
+"""Metres: how far cloth stands off the body at a level, on average. Most wear next to nothing, as
+photos are asked for in tight clothes, and some wear much: an exponential law."""
+
+CLOTH_LEVELS = np.linspace(0.14, 0.86, 13)
+"""Shares of the stature, from above the ankles to the neck: between two of them cloth changes
+evenly."""
+
+TAPED = 0.05
+"""Where cloth is told from body, entered values are known to this share of how bodies differ."""
 
 PLACE, LEAN, SWAY = 0.05, 0.03, 0.01
 """Metres: how far the figure may be off to one side as a whole, at head and feet by leaning and
@@ -68,16 +79,20 @@ class Refined:
     Attributes
     ----------
     fit : as the tape fit gives it; its distance and limit are the population's.
-    cloth : metres that were taken for cloth, all over.
+    cloth : ndarray, metres that were taken for cloth at each of `CLOTH_LEVELS`.
     unexplained : the share of edges that count less than half.
     pull : 1 for the whole, a half where the noise had to be taken twice as large, and so on; 0
         where outlines were given up.
     """
 
     fit: TapeFit
-    cloth: float
+    cloth: Floats
     unexplained: float
     pull: float
+
+    def cloth_at(self, share: float) -> float:
+        """Metres that were taken for cloth at a height, told as a share of the stature."""
+        return float(np.interp(share, CLOTH_LEVELS, self.cloth))
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,11 +103,13 @@ class _Observed:
     ----------
     rest : ndarray of shape (n,), metres: how far the photo's are outside or to the right.
     slopes : ndarray of shape (n, K), by the body's coefficients.
-    free : ndarray of shape (n, F), by what is no body, each of unit deviation; cloth first.
+    cloth : ndarray of shape (n, L), by cloth at each of `CLOTH_LEVELS`, of mean 1.
+    free : ndarray of shape (n, F), by what is neither, each of unit deviation.
     """
 
     rest: Floats
     slopes: Floats
+    cloth: Floats
     free: Floats
 
 
@@ -111,7 +128,7 @@ def refine(estimator: Estimator, asked: MeasurementSet, photos: Sequence[Photo])
         fit, cloth, unexplained = _pulled(estimator, asked, photos, first, NOISE * 2**times)
         if _holds(first, fit):
             return Refined(fit, cloth, unexplained, 0.5**times)
-    return Refined(first, 0.0, 1.0, 0.0)
+    return Refined(first, np.zeros(len(CLOTH_LEVELS)), 1.0, 0.0)
 
 
 def _pulled(
@@ -120,12 +137,13 @@ def _pulled(
     photos: Sequence[Photo],
     first: TapeFit,
     noise: float,
-) -> tuple[TapeFit, float, float]:
+) -> tuple[TapeFit, Floats, float]:
     """A fit, what was taken for cloth, and the share of edges that count little."""
     fit, centre = first, estimator.likeliest(asked)
     for _ in range(ROUNDS):
         seen_now = [_observe(estimator, fit, photo) for photo in photos]
-        likely, cloth, weights = _given(estimator, centre, fit.coefficients, seen_now, noise)
+        tapes = _tape_slopes(estimator, asked, fit)
+        likely, cloth, weights = _given(estimator, centre, fit.coefficients, tapes, seen_now, noise)
         fit = fit_to_tape(estimator, asked, likely)
     w = np.linalg.solve(estimator.spread, fit.coefficients - estimator.mean)
     fit = replace(fit, distance=float(w @ w), furthest=furthest(estimator, len(MEASUREMENTS)))
@@ -141,6 +159,14 @@ def _holds(first: TapeFit, fit: TapeFit) -> bool:
     return kept and fit.distance <= fit.furthest
 
 
+def _tape_slopes(estimator: Estimator, asked: MeasurementSet, fit: TapeFit) -> Floats:
+    """Derivatives of what was asked by a body's coefficients: ndarray of shape (m, K)."""
+    pieces = TapePieces(estimator.template, [TAPES[name] for name in asked])
+    reading = pieces.read(fit.body.vertices, with_slopes=True)
+    gradients = pieces.gradients(fit.body.vertices, reading, reading.chosen)
+    return estimator.basis.by_coefficients(gradients)
+
+
 def _observe(estimator: Estimator, fit: TapeFit, photo: Photo) -> _Observed:
     """A photo's edges beside those of a body."""
     body, basis = fit.body, estimator.basis
@@ -150,11 +176,15 @@ def _observe(estimator: Estimator, fit: TapeFit, photo: Photo) -> _Observed:
     trunk = contour(body.template, flat, UPRIGHT, heights)
     by_vertex = contour_gradients(trunk, body.vertices, edges.side, edges.camera, edges.facing)
     slopes = basis.by_coefficients(by_vertex)[places + edges.ends * len(heights)]
-    along = 2 * edges.heights / flat[:, 1].max() - 1
-    free = [CLOTH * (2.0 * edges.ends - 1), np.full(len(along), PLACE), LEAN * along]
-    free.append(SWAY * (1 - along**2))
+    share = edges.heights / flat[:, 1].max()
+    along = 2 * share - 1
     observed = _Observed(
-        edges.positions - trunk.positions[places, edges.ends], slopes, np.column_stack(free)
+        rest=edges.positions - trunk.positions[places, edges.ends],
+        slopes=slopes,
+        cloth=(2.0 * edges.ends - 1)[:, None] * _by_cloth(share),
+        free=np.column_stack(
+            [np.full(len(along), PLACE), LEAN * along, SWAY * (1 - along**2)],
+        ),
     )
     return _with_legs(estimator, fit, edges, flat, observed) if edges.side == "front" else observed
 
@@ -167,47 +197,84 @@ def _with_legs(
     legs = contour(body.template, flat, LEG, edges.leg_heights)
     by_vertex = contour_gradients(legs, body.vertices, edges.side, edges.camera, edges.facing)
     slopes = estimator.basis.by_coefficients(by_vertex)
+    cloth = 2 * _by_cloth(edges.leg_heights / flat[:, 1].max())
     free = np.zeros((count, observed.free.shape[1]))
-    free[:, 0] = 2 * CLOTH
     return _Observed(
         np.concatenate([observed.rest, edges.leg_breadths - np.ptp(legs.positions, axis=1)]),
         np.concatenate([observed.slopes, slopes[count:] - slopes[:count]]),
+        np.concatenate([observed.cloth, cloth]),
         np.concatenate([observed.free, free]),
     )
 
 
+def _by_cloth(shares: Floats) -> Floats:
+    """How far cloth of mean size at each of `CLOTH_LEVELS` moves edges outwards: (n, L)."""
+    every = np.eye(len(CLOTH_LEVELS))
+    return CLOTH * np.column_stack([np.interp(shares, CLOTH_LEVELS, one) for one in every])
+
+
 def _given(
-    estimator: Estimator, centre: Floats, at: Floats, photos: Sequence[_Observed], noise: float
-) -> tuple[Likely, float, Floats]:
+    estimator: Estimator,
+    centre: Floats,
+    at: Floats,
+    tapes: Floats,
+    photos: Sequence[_Observed],
+    noise: float,
+) -> tuple[Likely, Floats, Floats]:
     """Which bodies are likely given the edges; what was taken for cloth; each edge's weight.
 
     Parameters
     ----------
     centre : ndarray of shape (K,), coefficients of what is likeliest without them.
-    at : ndarray of shape (K,), coefficients of the body that the edges were taken beside.
+    at : ndarray of shape (K,), coefficients of the body that the edges were taken beside, which
+        measures what was asked.
+    tapes : ndarray of shape (m, K), what was asked by coefficients.
     """
-    slopes = np.concatenate([photo.slopes for photo in photos]) @ estimator.spread
-    size = len(at)
     # One cloth for all photos; each its own place, lean and sway.
-    own = [photo.free.shape[1] - 1 for photo in photos]
-    free = np.zeros((len(slopes), 1 + sum(own)))
-    free[:, 0] = np.concatenate([photo.free[:, 0] for photo in photos])
-    row, column = 0, 1
-    for photo, count in zip(photos, own, strict=True):
-        free[row : row + len(photo.rest), column : column + count] = photo.free[:, 1:]
-        row, column = row + len(photo.rest), column + count
+    parts = [
+        np.concatenate([photo.slopes for photo in photos]) @ estimator.spread,
+        np.concatenate([photo.cloth for photo in photos]),
+        block_diag(*(photo.free for photo in photos)),
+    ]
+    every = np.concatenate(parts, axis=1) / noise
+    size = len(at)
+    cloth = slice(size, size + len(CLOTH_LEVELS))
     w = np.linalg.solve(estimator.spread, at - centre)
-    goal = np.concatenate([photo.rest for photo in photos]) + slopes @ w
-    every = np.concatenate([slopes, free], axis=1) / noise
+    goal = np.concatenate([photo.rest for photo in photos]) / noise + every[:, :size] @ w
+    known = tapes @ estimator.spread
+    known /= TAPED * np.linalg.norm(known, axis=1)[:, None]
+    # Cloth has its law's linear term; the little more is for levels that no photo shows.
+    own = np.ones(every.shape[1])
+    own[cloth] = 1e-3
     weights = np.ones(len(goal))
     for _ in range(REWEIGHTINGS):
         weighted = every * weights[:, None]
-        precision = np.eye(every.shape[1]) + weighted.T @ every
-        found = np.linalg.solve(precision, weighted.T @ goal / noise)
-        weights = 1 / (1 + ((goal / noise - every @ found) / OUTLIER) ** 2)
-    half = np.linalg.cholesky(np.linalg.inv(precision)[:size, :size])
+        precision = np.diag(own) + weighted.T @ every
+        pull = weighted.T @ goal
+        pull[cloth] -= 1
+        taped, taped_pull = precision.copy(), pull.copy()
+        taped[:size, :size] += known.T @ known
+        taped_pull[:size] += known.T @ (known @ w)
+        found, kept = _without_less_than_nothing(taped, taped_pull, cloth)
+        weights = 1 / (1 + ((goal - every @ found) / OUTLIER) ** 2)
+    # The tape fit sees to what was asked: of that, this spread knows nothing.
+    half = np.linalg.cholesky(np.linalg.inv(precision[np.ix_(kept, kept)])[:size, :size])
     # A triangular root of spread · covariance · spreadᵀ, without squaring either.
     root = np.asarray(qr((estimator.spread @ half).T, mode="r")[0][:size].T, dtype=np.float64)
     triangle = root * np.where(np.diag(root) < 0, -1.0, 1.0)
     mean = centre + estimator.spread @ found[:size]
-    return Likely(mean, triangle), float(found[size] * CLOTH), weights
+    return Likely(mean, triangle), found[cloth] * CLOTH, weights
+
+
+def _without_less_than_nothing(
+    precision: Floats, pull: Floats, cloth: slice
+) -> tuple[Floats, Booleans]:
+    """The solution in which no cloth is below zero, and which unknowns are not held there."""
+    kept = np.ones(len(pull), dtype=bool)
+    while True:
+        found = np.zeros(len(pull))
+        found[kept] = np.linalg.solve(precision[np.ix_(kept, kept)], pull[kept])
+        below = found[cloth] < 0
+        if not below.any():
+            return found, kept
+        kept[cloth] &= ~below

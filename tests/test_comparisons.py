@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from conftest import text
 from PIL import Image
+from scipy import ndimage
 from werkzeug.datastructures import FileStorage
 from werkzeug.test import encode_multipart
 
@@ -135,6 +136,42 @@ def test_outlines_refine_the_body_and_entered_values_stay(client, description):
         before, after = answer[side], refinement[side]
         assert after["iou"] > before["iou"]
         assert after["mean_outline_distance_cm"] < 0.7 * before["mean_outline_distance_cm"]
+
+
+def test_a_skirt_is_taken_for_clothes_and_told(client):
+    pictures = {side: skirted(outline(client, side), 0.03) for side in ("front", "profile")}
+    refinement = send(client, PERSON | {"refine": True}, **pictures).json["refinement"]
+    told = {row["measurement"]: row["cloth_cm"] for row in refinement["clothes"]}
+    assert told["hip_girth"] == pytest.approx(3, abs=1)
+    assert not {"bust_girth", "calf_girth"} & {*told}
+    plain = {side: outline(client, side) for side in ("front", "profile")}
+    refinement = send(client, PERSON | {"refine": True}, **plain).json["refinement"]
+    assert refinement["clothes"] == []
+
+
+def skirted(content, off):
+    """An outline that stands off by so many metres from mid-thigh to waist: a PNG file."""
+    person = pixels(content) > 127
+    rows = np.flatnonzero(person.any(axis=1))
+    high = rows[-1] - rows[0]
+    wide = ndimage.binary_dilation(person, iterations=round(off / 1.78 * high))
+    above = 1 - (np.arange(len(person)) - rows[0]) / high
+    worn = (above > 0.34) & (above < 0.62)
+    return file_of(np.where(person | wide & worn[:, None], 255, 0).astype(np.uint8))
+
+
+@pytest.mark.parametrize(("waist", "why"), [(97, "clothes"), (79, "tape")])
+def test_each_level_has_its_usual_reasons(client, waist, why):
+    other = PERSON | {"measurements": PERSON["measurements"] | {"waist_girth": waist}}
+    for side in ("front", "profile"):
+        view = send(client, **{side: outline(client, side, other)}).json[side]
+        for level in view["levels"]:
+            apart = level["photo_cm"] - level["avatar_cm"]
+            assert bool(level["reasons"]) == (abs(apart) >= 1), level
+            # Clothes make nobody slimmer.
+            assert apart > 0 or "clothes" not in level["reasons"]
+            if level["measurement"] == "waist_girth":
+                assert why in level["reasons"]
 
 
 def test_nothing_is_refined_unless_it_is_asked_for(client):

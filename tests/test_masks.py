@@ -2,7 +2,10 @@
 
 import contextlib
 import io
+import json
 import struct
+import subprocess
+import sys
 import zlib
 from functools import lru_cache
 
@@ -152,10 +155,10 @@ def kind(name):
     return stream.getvalue()
 
 
-def many_scans():
+def many_scans(across=1000):
     """A JPEG whose last scan comes again and again: each a few bytes and a whole picture's work."""
     stream = io.BytesIO()
-    Image.new("L", (1000, 1000)).save(stream, "JPEG", progressive=True)
+    Image.new("L", (across, across)).save(stream, "JPEG", progressive=True)
     whole = stream.getvalue()
     last = whole[whole.rindex(b"\xff\xda") : -2]
     return whole[:-2] + 1000 * last + whole[-2:]
@@ -183,6 +186,51 @@ HOSTILE = {
 @pytest.mark.parametrize(("content", "reason"), HOSTILE.values(), ids=HOSTILE)
 def test_what_is_no_picture_to_be_read_is_refused(content, reason):
     assert refused(content()) == reason
+
+
+ROOM = 128 * 2**20
+SECONDS = 2
+"""Bytes of memory, beside what the program itself takes, and seconds of a processor, for one
+file: the largest picture that is read at all takes half of that, and a fraction of a second."""
+
+BOUNDED = {
+    "a bomb": (lambda: bomb(60_000, 60_000), "too_large"),
+    "a whole bomb": (lambda: file_of(np.zeros((14_000, 14_000), np.uint8)), "too_large"),
+    "many bytes": HOSTILE["many bytes"],
+    "a picture that moves": HOSTILE["a picture that moves"],
+    "large and of many scans": (lambda: many_scans(3600), "unreadable"),
+    "the largest that is read": (lambda: file_of(np.zeros((3600, 3600), np.uint8)), "no_person"),
+}
+
+WITHIN_BOUNDS = """
+import json, resource, sys
+from model.masks import PictureRefusedError, read_mask
+
+room, seconds = map(int, sys.argv[1:])
+taken = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (taken + room, taken + room))
+spent = resource.getrusage(resource.RUSAGE_SELF)
+limit = int(spent.ru_utime + spent.ru_stime) + 1 + seconds
+resource.setrlimit(resource.RLIMIT_CPU, (limit, limit))
+try:
+    read_mask(sys.stdin.buffer.read())
+except PictureRefusedError as refused:
+    print(json.dumps(refused.reason))
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="limits as Linux has them")
+@pytest.mark.parametrize(("content", "reason"), BOUNDED.values(), ids=BOUNDED)
+def test_no_file_costs_much_memory_or_much_of_a_processor(content, reason):
+    """The kernel gives a process no more, and ends it."""
+    ended = subprocess.run(
+        [sys.executable, "-c", WITHIN_BOUNDS, str(ROOM), str(SECONDS)],
+        input=content(),
+        capture_output=True,
+        check=False,
+    )
+    assert ended.returncode == 0, ended.stderr.decode()
+    assert json.loads(ended.stdout) == reason
 
 
 @pytest.mark.parametrize("kind", ["PNG", "JPEG"])

@@ -24,19 +24,19 @@ from flask import (
     url_for,
 )
 from flask_babel import gettext
-from flask_babel import lazy_gettext as _l
 from werkzeug.wrappers import Response as AnyResponse
 
 from model.camera_estimate import estimate_camera
 from model.cameras import Camera, Side
 from model.comparison import Comparison, compare
 from model.comparison_pictures import difference, filled, overlay, projection
-from model.masks import MOST_ACROSS, MOST_BYTES, MOST_PIXELS, Mask, PictureRefusedError, read_mask
+from model.masks import MOST_BYTES, Mask, PictureRefusedError, read_mask
 from model.measurements import MEASUREMENTS
 from model.refinement import Photo, Refined, refine
 from model.rendering import RenderingUnavailable, render_png
 from webapp import refined, units
 from webapp.avatars import Avatar, avatar_of, make_avatar, shown_request
+from webapp.comparison_words import REASONS, TITLES, WORDS, reasons_at
 from webapp.forms import CAMERA_LIMITS, AvatarRequest, Refusal, Refused
 from webapp.sessions import cookie_fits
 from webapp.table_words import label
@@ -57,51 +57,8 @@ STATUS: Mapping[str, int] = {
 }
 """What a picture is refused with; 422 where it is a picture, but of no person standing alone."""
 
-WORDS: Mapping[str, Any] = {
-    "wrong_type": _l("A PNG or JPEG picture is needed here."),
-    "animated": _l("A picture that stands still is needed here."),
-    "unreadable": _l("This picture is broken or has not arrived whole. Please send it again."),
-    "too_large": _l(
-        "Pictures up to %(size)s MB, %(across)s pixels along a side and %(millions)s million "
-        "pixels in all can be read.",
-        size=MOST_BYTES // 2**20,
-        across=MOST_ACROSS,
-        millions=MOST_PIXELS // 10**6,
-    ),
-    "no_person": _l("We found no outline of a standing person here: light on dark, or cut out."),
-    "cut_off": _l("The person is not all in the picture. Leave some space around head and feet."),
-    "several_people": _l("There seems to be more than one person or thing in the picture."),
-    "too_small": _l("The person is too small in the picture. Come nearer, or send it larger."),
-}
-
-REASONS: tuple[tuple[str, Any, Any], ...] = (
-    ("clothes", _l("Clothes"), _l("Loose or thick cloth is wider than the body in it.")),
-    (
-        "hair",
-        _l("Hair"),
-        _l("Hair makes you taller and broader about the head than your body is."),
-    ),
-    (
-        "stance",
-        _l("How you stand"),
-        _l(
-            "Feet, hips and back rarely stand as the avatar's do; a turn of the body changes "
-            "widths."
-        ),
-    ),
-    (
-        "breath",
-        _l("Breath"),
-        _l("Breathing in moves chest and belly by one to three centimetres, up to an inch."),
-    ),
-    (
-        "camera",
-        _l("The camera"),
-        _l("Nearer, higher, lower or tilted: it sees another outline than the one we drew."),
-    ),
-    ("arms", _l("Arms"), _l("They are left out, and so is every level that they hide.")),
-)
-"""Why a photo and an avatar may differ though nothing is wrong: code, title, words."""
+LEAST_CLOTH = 0.005
+"""Metres: what was taken for clothes at a level is told from this on."""
 
 bp = Blueprint("comparisons", __name__)
 
@@ -227,7 +184,8 @@ def refinement(avatar: Avatar, improved: Improved) -> dict[str, Any]:
             "mean": round(100 * float(moved.mean()), 3),
             "most": round(100 * float(moved.max()), 3),
         },
-        "cloth_cm": round(100 * found.cloth, 2),
+        "cloth_cm": round(100 * float(found.cloth.mean()), 2),
+        "clothes": _clothes(improved),
         "unexplained": round(found.unexplained, 3),
         "measurements": [
             {
@@ -240,6 +198,23 @@ def refinement(avatar: Avatar, improved: Improved) -> dict[str, Any]:
         ],
         **{side: document(view, avatar.wanted.told) for side, view in improved.views.items()},
     }
+
+
+def _clothes(improved: Improved) -> list[dict[str, Any]]:
+    """Where the outlines' pull was limited, from the top down: what was taken for clothes there."""
+    heights = {
+        level.measurement: level.height for view in improved.views.values() for level in view.levels
+    }
+    stature = improved.avatar.measured.values["stature"]
+    cloth = {
+        name: improved.refined.cloth_at(height / stature)
+        for name, height in sorted(heights.items(), key=lambda pair: -pair[1])
+    }
+    return [
+        {"measurement": name, "cloth_cm": round(100 * off, 2)}
+        for name, off in cloth.items()
+        if off >= LEAST_CLOTH
+    ]
 
 
 def document(comparison: Comparison, told: Collection[str]) -> dict[str, Any]:
@@ -256,6 +231,7 @@ def document(comparison: Comparison, told: Collection[str]) -> dict[str, Any]:
                 "measurement": level.measurement,
                 "photo_cm": round(100 * level.photo, 2),
                 "avatar_cm": round(100 * level.avatar, 2),
+                "reasons": reasons_at(level),
             }
             for level in comparison.levels
         ],
@@ -274,6 +250,7 @@ def shown(comparison: Comparison, avatar: Avatar) -> dict[str, Any]:
             row
             | {
                 "label": label(level.measurement),
+                "why": [str(TITLES[code]) for code in row["reasons"]],
                 "photo": round(units.from_si(level.photo, "m", chosen), 2),
                 "avatar": round(units.from_si(level.avatar, "m", chosen), 2),
                 "row": round(comparison.origin[1] - level.height / comparison.step, 1),
@@ -327,6 +304,8 @@ def answer() -> Response | AnyResponse | str | tuple[str, int]:
             changes["take"] = refined.signed(text)
             for row in changes["measurements"]:
                 row["label"] = label(row["name"])
+            for row in changes["clothes"]:
+                row["label"] = label(row["measurement"])
             for side, view in improved.views.items():
                 changes[side] = shown(view, improved.avatar)
     except Refused as refused:

@@ -4,6 +4,7 @@ from typing import Any
 
 from model.comparison import LEVELS
 from model.measurements import BODY_KINDS, MEASUREMENTS
+from webapp.comparison_words import REASONS
 from webapp.comparisons import SIDES
 from webapp.forms import CAMERA_LIMITS, FITS
 from webapp.units import SYMBOLS, UNITS
@@ -81,6 +82,10 @@ def schemas() -> dict[str, Schema]:
             "`mesh.extras` says what weight shows what value, and what all measurements become.",
         }
     }
+    level_name = {
+        "enum": list(dict.fromkeys(name for side in SIDES for name in LEVELS[side])),
+        "description": "The girth at whose height it is.",
+    }
     needed = ["body", "measurements"]
     return {
         "AvatarRequest": object_of(asked, required=needed),
@@ -125,8 +130,21 @@ def schemas() -> dict[str, Schema]:
                 ),
                 "cloth_cm": {
                     "type": "number",
-                    "description": "How far the outlines lie outside the body all over: what was "
-                    "taken for cloth. Below zero where they lie inside.",
+                    "minimum": 0,
+                    "description": "How far off the body the outlines were taken for cloth, on "
+                    "average from the ankles to the neck.",
+                },
+                "clothes": {
+                    "type": "array",
+                    "items": object_of(
+                        {
+                            "measurement": level_name,
+                            "cloth_cm": {**positive, "description": "On each side of the body."},
+                        }
+                    ),
+                    "description": "Where the outlines' pull was limited, from the top down: the "
+                    "levels at which they stand off the body by half a centimetre or more, which "
+                    "neither the entered values nor what bodies look like explain.",
                 },
                 "unexplained": {
                     "type": "number",
@@ -150,7 +168,7 @@ def schemas() -> dict[str, Schema]:
                 },
                 **{side: ref("ComparedView") for side in SIDES},
             },
-            required=["pull", "moved_cm", "cloth_cm", "unexplained", "measurements"],
+            required=["pull", "moved_cm", "cloth_cm", "clothes", "unexplained", "measurements"],
         ),
         "ComparedView": object_of(
             {
@@ -200,10 +218,7 @@ def schemas() -> dict[str, Schema]:
         ),
         "Level": object_of(
             {
-                "measurement": {
-                    "enum": list(dict.fromkeys(name for side in SIDES for name in LEVELS[side])),
-                    "description": "The girth at whose height it is.",
-                },
+                "measurement": level_name,
                 "photo_cm": {
                     **positive,
                     "description": "Breadth (front) or depth (profile) there, as seen on the "
@@ -211,6 +226,12 @@ def schemas() -> dict[str, Schema]:
                     "centimetres, whatever the units.",
                 },
                 "avatar_cm": positive,
+                "reasons": {
+                    "type": "array",
+                    "items": {"enum": [code for code, _, _ in REASONS]},
+                    "description": "What usually makes such a difference at such a level, the "
+                    "likeliest first; none where it is under a centimetre.",
+                },
             }
         ),
         "Measurement": object_of(

@@ -29,6 +29,10 @@ export function createCamera(dialog, words) {
 
   function say(text) {
     part("hint").textContent = text;
+    speak(text);
+  }
+
+  function speak(text) {
     if (part("voice").getAttribute("aria-pressed") !== "true" || !globalThis.speechSynthesis) return;
     const speech = new SpeechSynthesisUtterance(text);
     speech.lang = document.documentElement.lang;
@@ -140,6 +144,11 @@ export function createCamera(dialog, words) {
     }
   }
 
+  /** To be called within a click: iOS lets a page speak only if it first spoke in one. */
+  function greet() {
+    speak(words.greeting);
+  }
+
   part("close").addEventListener("click", () => dialog.close());
   dialog.addEventListener("close", () => {
     round += 1;
@@ -153,8 +162,9 @@ export function createCamera(dialog, words) {
   part("voice").addEventListener("click", ({ currentTarget: button }) => {
     const on = button.getAttribute("aria-pressed") !== "true";
     button.setAttribute("aria-pressed", String(on));
-    if (!on) globalThis.speechSynthesis?.cancel();
+    if (on) greet();
+    else globalThis.speechSynthesis?.cancel();
   });
 
-  return { take };
+  return { take, greet };
 }

@@ -10,7 +10,7 @@ import { canFind, createFinder } from "./finder.js";
 import { area, blackAndWhite, bounds, cut, grown, silhouetteIn } from "./mask.js";
 import { Unusable, fitted, pixelsOf, readPicture, toPng } from "./picture.js";
 import { enliven } from "./results.js";
-import { AGREEMENT, findings } from "./stance.js";
+import { doubts } from "./stance.js";
 
 const form = document.getElementById("comparison");
 const results = document.getElementById("results");
@@ -31,9 +31,16 @@ async function findPeople() {
     await finder.ready;
   } catch (error) {
     console.warn(error.message);
+    giveUp();
     return null;
   }
   return finder;
+}
+
+/** A finder that failed is no use any more: the next photo asks for another. */
+function giveUp() {
+  finder?.stop();
+  finder = null;
 }
 
 /** One of the two photos: its card on the page, and what is known of it. */
@@ -93,6 +100,7 @@ class View {
   }
 
   async fromCamera() {
+    camera.greet();
     await this.attempt(async () => {
       let photo;
       try {
@@ -130,19 +138,20 @@ class View {
     const blank = { width, height, data: new Uint8Array(width * height) };
     const people = await this.ready();
     if (mine !== this.turn) return;
-    if (!people) {
-      this.show(photo, blank, [], "add");
-      this.say(words.brush_only);
-      return;
+    let found = null;
+    if (people) {
+      this.say(words.finding);
+      found = await people.outline(photo).catch((error) => {
+        console.warn(error.message);
+        giveUp();
+        return null;
+      });
     }
-    this.say(words.finding);
-    const found = await people.outline(photo);
     if (mine !== this.turn) return;
-    const codes = findings(found.people, this.name, photo);
-    if (found.data && found.agreement < AGREEMENT) codes.push("unsure");
-    const mask = found.data ? { width, height, data: found.data } : blank;
-    this.show(photo, mask, codes, found.data ? "look" : "add");
-    this.say(found.data ? words.found : "");
+    const mask = found?.data ? { width, height, data: found.data } : blank;
+    this.show(photo, mask, found ? doubts(found, this.name, photo) : [], found?.data ? "look" : "add");
+    if (!found) this.say(words.brush_only);
+    else this.say(found.data ? words.found : "");
   }
 
   show(photo, mask, codes, tool) {

@@ -27,10 +27,12 @@ export function createFinder(places) {
     if (error) reject(new Error(error));
     else resolve(answer);
   });
-  worker.addEventListener("error", (event) => {
-    for (const { reject } of waiting.values()) reject(new Error(event.message || "no worker"));
+  worker.addEventListener("error", (event) => fail(new Error(event.message || "no worker")));
+
+  function fail(error) {
+    for (const { reject } of waiting.values()) reject(error);
     waiting.clear();
-  });
+  }
 
   function ask(task, about, transfer = []) {
     last += 1;
@@ -52,6 +54,10 @@ export function createFinder(places) {
     },
     /** The people in a picture of the camera: `{people}`. The picture is used up. */
     watch: (frame, time) => ask("watch", { frame, time }, [frame]),
-    stop: () => worker.terminate(),
+    /** The end of it; who still waits is told. */
+    stop() {
+      worker.terminate();
+      fail(new Error("the finder was stopped"));
+    },
   };
 }

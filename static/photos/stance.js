@@ -34,7 +34,7 @@ const LIMITS = {
   feet: [0.5, 3.2], // between the ankles, of the distance between the hips
 };
 /** Below this agreement of the photo and its mirror image the outline is not to be trusted. */
-export const AGREEMENT = 0.9;
+const AGREEMENT = 0.9;
 
 /** People in a picture, whoever is the tallest in it first: the others passed by. */
 export function tallestFirst(people) {
@@ -73,6 +73,17 @@ export function findings(people, view, frame) {
   if (pose.straightness() < LIMITS.knees) found.push("knees");
   if (view === "front") found.push(...pose.feet());
   return found;
+}
+
+/**
+ * Why another photo would give a better outline than the one that was found.
+ *
+ * @param {{people: object[], agreement: number, data: Uint8Array | null}} found as the worker tells
+ * @returns {string[]} codes, as of `findings`; "unsure" last
+ */
+export function doubts({ people, agreement, data }, view, frame) {
+  const found = findings(people, view, frame);
+  return data && agreement < AGREEMENT ? [...found, "unsure"] : found;
 }
 
 /**

@@ -10,13 +10,13 @@ export const PERSON = {
 
 /**
  * A rendered body before a wall with a picture and a cupboard on a wooden floor, in uneven light
- * and with a camera's noise: a JPEG file.
+ * and with a camera's noise: a JPEG file, or one of another `type`.
  *
  * @param {object} how `side`, `size` ([width, height]) and how much of the height the body's
  *   picture takes (`share`), how far down it stands (`drop`, a share too)
  */
 export async function composed(page, request, how = {}) {
-  const { side = "front", size = [600, 900], share = 0.94, drop = 0.03 } = how;
+  const { side = "front", size = [600, 900], share = 0.94, drop = 0.03, type = "image/jpeg" } = how;
   const picture = async (silhouette) => {
     const answer = await request.post(`/api/v1/avatars/${side}.png`, {
       data: { ...PERSON, silhouette },
@@ -25,7 +25,7 @@ export async function composed(page, request, how = {}) {
   };
   const pictures = [await picture(false), await picture(true)];
   const base64 = await page.evaluate(
-    async ([[body, outline], [width, height], share, drop]) => {
+    async ([[body, outline], [width, height], share, drop, type]) => {
       const opened = async (text) => {
         const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
         return createImageBitmap(new Blob([bytes], { type: "image/png" }));
@@ -61,12 +61,12 @@ export async function composed(page, request, how = {}) {
         if (i % 4 < 3) all.data[i] += (seed % 13) - 6;
       }
       photo.putImageData(all, 0, 0);
-      const blob = await photo.canvas.convertToBlob({ type: "image/jpeg", quality: 0.9 });
+      const blob = await photo.canvas.convertToBlob({ type, quality: 0.9 });
       let text = "";
       for (const byte of new Uint8Array(await blob.arrayBuffer())) text += String.fromCharCode(byte);
       return btoa(text);
     },
-    [pictures, size, share, drop],
+    [pictures, size, share, drop, type],
   );
   return Buffer.from(base64, "base64");
 }
@@ -90,11 +90,19 @@ export function lyingOnItsSide(jpeg) {
 /**
  * A server before the site that hands everything through and keeps what the browser sent: also
  * what workers send, and the bytes of files, neither of which a browser's own tools tell for sure.
+ *
+ * What is asked for at an address that `refused` matches is not answered; `policy` says whether
+ * answers keep the site's Content-Security-Policy.
  */
 export async function listen(site) {
   const { hostname, port } = new URL(site);
   const heard = [];
+  const ways = { heard, refused: null, policy: true };
   const server = http.createServer((request, response) => {
+    if (ways.refused?.test(request.url)) {
+      request.socket.destroy();
+      return;
+    }
     const pieces = [];
     request.on("data", (piece) => pieces.push(piece));
     request.on("end", () => {
@@ -102,6 +110,7 @@ export async function listen(site) {
       const body = Buffer.concat(pieces);
       heard.push({ method, url, headers, body });
       const onwards = http.request({ hostname, port, method, path: url, headers }, (answer) => {
+        if (!ways.policy) delete answer.headers["content-security-policy"];
         response.writeHead(answer.statusCode, answer.headers);
         answer.pipe(response);
       });
@@ -109,11 +118,68 @@ export async function listen(site) {
     });
   });
   await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
+  return Object.assign(ways, {
+    url: `http://127.0.0.1:${server.address().port}`,
+    close: () => new Promise((resolve) => server.close(resolve).closeAllConnections()),
+  });
+}
+
+/** A server of somebody else's, which welcomes every page and keeps what it is asked for. */
+export async function elsewhere() {
+  const heard = [];
+  const server = http.createServer(({ url }, response) => {
+    heard.push(url);
+    response.writeHead(204, {
+      "access-control-allow-origin": "*",
+      "cross-origin-resource-policy": "cross-origin",
+    });
+    response.end();
+  });
+  await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
   return {
     url: `http://127.0.0.1:${server.address().port}`,
     heard,
     close: () => new Promise((resolve) => server.close(resolve).closeAllConnections()),
   };
+}
+
+/** Bytes that are looked for in what was sent, and how far apart in the photo they begin. */
+const [SLICE, APART] = [48, 240];
+
+/**
+ * Whether requests carry a part of a photo: in an address, a header or a body; as it is, or as
+ * base64, in hexadecimal or percent-encoded.
+ *
+ * @param {Buffer} photo
+ * @param {{url: string, headers: object, body: Buffer}[]} requests
+ */
+export function carries(requests, photo) {
+  const sent = requests.map(
+    ({ url, headers, body }) => `${url}\n${JSON.stringify(headers)}\n${body.toString("latin1")}`,
+  );
+  const everything = sent.join("\n");
+  // Letters of base64 that addresses and forms cannot hold are written otherwise there.
+  const plain = everything
+    .replace(/%2b/gi, "+")
+    .replace(/%2f/gi, "/")
+    .replaceAll("-", "+")
+    .replaceAll("_", "/");
+  const lower = everything.toLowerCase();
+  for (let at = 0; at + SLICE + 3 <= photo.length; at += APART) {
+    const slice = photo.subarray(at, at + SLICE);
+    const letters = slice.toString("latin1");
+    if (everything.includes(letters) || everything.includes(slice.toString())) return true;
+    if (lower.includes(slice.toString("hex"))) return true;
+    const escaped = [...slice].map((byte) => `%${byte.toString(16).padStart(2, "0")}`).join("");
+    if (lower.includes(escaped)) return true;
+    if (lower.includes(encodeURIComponent(letters).toLowerCase())) return true;
+    // Three bytes are four letters: a photo may begin at any of the three.
+    for (const shift of [0, 1, 2]) {
+      const base64 = photo.subarray(at + shift, at + shift + SLICE).toString("base64");
+      if (plain.includes(base64)) return true;
+    }
+  }
+  return false;
 }
 
 /** The parts of a multipart body: `{name, type, content}` each. */

@@ -3,18 +3,29 @@
 import { writeFile } from "node:fs/promises";
 
 import { launchOptions } from "./chromium.js";
-import { composed, listen, lyingOnItsSide, partsOf } from "./photos.js";
+import { carries, composed, elsewhere, listen, lyingOnItsSide, partsOf } from "./photos.js";
 import { axe, enter, expect, pixels, tabTo, test as base } from "./site.js";
 
 // The runtime says what it does as if it were an error.
 const CHATTER = /XNNPACK/;
 
-/** Every page here is asked for through a server that hears all that is sent. */
+/** The photos that a test has shown to a page. */
+const photos = [];
+
+/**
+ * Every page here is asked for through a server that hears all that is sent: the numbers and
+ * outlines, and of no photo any part, however it is written.
+ */
 const test = base.extend({
   traffic: async ({}, use, { project }) => {
     const traffic = await listen(project.use.baseURL);
+    photos.length = 0;
     await use(traffic);
     await traffic.close();
+    const sent = traffic.heard.filter(({ method, body }) => method !== "GET" || body.length);
+    const ours = /^(POST \/(numbers|compare)|POST \/api\/v1\/avatars\/(front|profile)\.png)$/;
+    expect(sent.map(({ method, url }) => `${method} ${url}`).filter((one) => !ours.test(one))).toEqual([]);
+    expect(photos.filter((photo) => carries(traffic.heard, photo))).toEqual([]);
   },
   baseURL: ({ traffic }, use) => use(traffic.url),
 });
@@ -35,6 +46,7 @@ async function open(page, complaints) {
 }
 
 async function choose(page, buffer, view = "front", mimeType = "image/jpeg") {
+  photos.push(buffer);
   const file = { name: "photo", mimeType, buffer };
   await page.locator(`#${view}-photo`).setInputFiles(file);
 }
@@ -65,14 +77,14 @@ test("a photo becomes an outline and a comparison, and only the outline is sent"
   traffic,
   complaints,
 }) => {
-  const photos = {
+  const taken = {
     front: await composed(page, request),
     profile: await composed(page, request, { side: "profile" }),
   };
   traffic.heard.length = 0; // what the test itself asked for
   await open(page, complaints);
   for (const view of ["front", "profile"]) {
-    await choose(page, photos[view], view);
+    await choose(page, taken[view], view);
     await found(page, view);
     await expect(status(page, view)).toHaveText(/This is your outline/);
     await expect(card(page, view).locator("[data-finding]")).toHaveCount(0);
@@ -92,6 +104,11 @@ test("a photo becomes an outline and a comparison, and only the outline is sent"
   }
   await expect(page.locator("#results")).toBeFocused();
   expect(await axe(page)).toEqual([]);
+
+  // What differs has its usual reasons beside it.
+  await expect(page.locator(".result tr[data-measurement=waist_girth] + .why").first()).toHaveText(
+    "Usual reasons: Clothes, Breath, The tape",
+  );
 
   // Wanted, the same outlines refine the body, and the page shows what changed.
   await page.getByRole("button", { name: "Use my outline to refine the body" }).click();
@@ -138,13 +155,6 @@ test("a photo becomes an outline and a comparison, and only the outline is sent"
     expect(content.includes("Exif")).toBe(false);
   }
   expect(traffic.heard.filter(({ url }) => /[?&](?!v=)/.test(url))).toEqual([]);
-  const everything = Buffer.concat(traffic.heard.map(({ body }) => body));
-  const carried = Object.values(photos).filter((photo) =>
-    Array.from({ length: Math.floor(photo.length / 48) }, (_, i) => 48 * i).some((at) =>
-      everything.includes(photo.subarray(at, at + 48)),
-    ),
-  );
-  expect(carried).toEqual([]);
 });
 
 test("a photo that lay on its side is turned, and another one is suggested with the reasons", async ({
@@ -160,6 +170,15 @@ test("a photo that lay on its side is turned, and another one is suggested with 
   expect(await canvas.evaluate(({ width, height }) => [width, height])).toEqual([900, 600]);
   await expect(card(page).getByText("Another photo would give a better outline:")).toBeVisible();
   expect(await card(page).locator("[data-finding]").count()).toBeGreaterThan(0);
+});
+
+test("a WebP photo becomes an outline too", async ({ page, request, complaints }) => {
+  const photo = await composed(page, request, { type: "image/webp" });
+  expect(photo.toString("latin1", 8, 12)).toBe("WEBP");
+  await open(page, complaints);
+  await choose(page, photo, "front", "image/webp");
+  await found(page);
+  await expect(status(page)).toHaveText(/This is your outline/);
 });
 
 test.describe("at 360 pixels, dark", () => {
@@ -268,30 +287,99 @@ test("files that cannot be used, and outlines that are nobody's, are answered ki
   await expect(page.locator("#camera-distance-fault")).toHaveText(/could not read this as a number/);
 });
 
-test("where the network cannot run, the brush alone makes an outline", async ({
-  page,
-  request,
-  complaints,
-}) => {
-  await page.addInitScript(() => {
+/** The photo is shown, nothing of it is the person's yet, and the brush paints. */
+async function brushAlone(page) {
+  await expect(status(page)).toHaveText(/Paint over yourself with the brush/, SLOWLY);
+  await found(page);
+  await expect(card(page).locator("[data-tool=add]")).toHaveAttribute("aria-pressed", "true");
+  expect(await uncovered(page)).toBe(0);
+  await card(page).locator("canvas").click();
+  await expect.poll(() => uncovered(page)).toBeGreaterThan(0);
+}
+
+for (const [what, without] of Object.entries({
+  "WebGL 2": () => {
     const { getContext } = OffscreenCanvas.prototype;
     OffscreenCanvas.prototype.getContext = function without(kind, ...rest) {
       return kind === "webgl2" ? null : getContext.call(this, kind, ...rest);
     };
+  },
+  WebAssembly: () => delete globalThis.WebAssembly,
+})) {
+  test(`without ${what} the brush alone makes an outline`, async ({
+    page,
+    request,
+    traffic,
+    complaints,
+  }) => {
+    await page.addInitScript(without);
+    const photo = await composed(page, request);
+    await open(page, complaints);
+    await choose(page, photo);
+    await brushAlone(page);
+    expect(traffic.heard.filter(({ url }) => /wasm|\.task/.test(url))).toEqual([]);
   });
+}
+
+for (const part of ["pose.task", "vision.wasm", "worker.js"]) {
+  test(`where ${part} does not come, the brush makes an outline; the next photo asks again`, async ({
+    page,
+    request,
+    traffic,
+    complaints,
+  }) => {
+    complaints.expect(/ERR_EMPTY_RESPONSE|wasm|ArrayBuffer|Failed to load/i);
+    const photo = await composed(page, request);
+    await open(page, complaints);
+    traffic.refused = new RegExp(part);
+    await choose(page, photo);
+    await brushAlone(page);
+    traffic.refused = null;
+    await choose(page, photo);
+    await expect(status(page)).toHaveText(/This is your outline/, SLOWLY);
+  });
+}
+
+test("where the network fails at a photo, the brush makes an outline", async ({
+  page,
+  request,
+  complaints,
+}) => {
   const photo = await composed(page, request);
-  const asked = [];
-  page.on("request", (one) => asked.push(one.url()));
   await open(page, complaints);
+  await page.evaluate(() => {
+    const { postMessage } = Worker.prototype;
+    Worker.prototype.postMessage = function broken(message, ...rest) {
+      // A picture that is closed already: the worker cannot draw it.
+      message.picture?.close();
+      return postMessage.call(this, { ...message, picture: undefined }, ...rest.map(() => []));
+    };
+  });
   await choose(page, photo);
-  await found(page);
-  await expect(status(page)).toHaveText(/Paint over yourself with the brush/);
-  await expect(card(page).locator("[data-tool=add]")).toHaveAttribute("aria-pressed", "true");
-  const before = await uncovered(page);
-  await card(page).locator("canvas").click();
-  await expect.poll(() => uncovered(page)).toBeGreaterThan(before);
-  expect(asked.filter((url) => /wasm|\.task/.test(url))).toEqual([]);
+  await brushAlone(page);
 });
+
+for (const [policy, words] of [
+  [true, "page and worker can ask no other site"],
+  [false, "but for their policy, page and worker could ask another site"],
+]) {
+  test(words, async ({ page, request, traffic, complaints }) => {
+    complaints.expect(/another origin|Content Security Policy|Failed to load|ERR_|StartGraph/);
+    traffic.policy = policy;
+    const other = await elsewhere();
+    const photo = await composed(page, request);
+    await open(page, complaints);
+    await page.locator("#comparison").evaluate((form, url) => {
+      form.dataset.model = url; // the worker asks for its network there
+    }, `${other.url}/worker`);
+    await choose(page, photo);
+    await brushAlone(page);
+    const asked = (url) => fetch(url).then(({ status }) => status, () => "refused"); // prettier-ignore
+    expect(await page.evaluate(asked, `${other.url}/page`)).toBe(policy ? "refused" : 204);
+    expect(other.heard).toEqual(policy ? [] : ["/worker", "/page"]);
+    await other.close();
+  });
+}
 
 test.describe("without scripts", () => {
   test.use({ javaScriptEnabled: false });
@@ -318,10 +406,12 @@ test("the camera says what to do and takes the photo once the person stands well
   page,
   request,
   playwright,
+  traffic,
   baseURL,
 }, testInfo) => {
   // A camera that shows the composed photo, again and again: frames of a motion JPEG.
   const frame = await composed(page, request, { size: [480, 720] });
+  photos.push(frame);
   const film = testInfo.outputPath("camera.mjpeg");
   await writeFile(film, Buffer.concat([frame, frame, frame]));
   const options = launchOptions();
@@ -362,9 +452,14 @@ test("the camera says what to do and takes the photo once the person stands well
   await expect.poll(running).toBe(false);
   await expect(status(phone)).toHaveText(/This is your outline/);
   const spoken = await phone.evaluate(() => window.spoken);
+  expect(spoken[0]).toBe("One moment."); // in the click itself
   for (const words of ["Turn your side to the camera.", "Good. Stay like that.", "3", "2", "1"]) {
     expect(spoken).toContain(words);
   }
+  // Pictures of the camera went to the worker alone.
+  const sent = traffic.heard.filter(({ body }) => body.length).map(({ url }) => url);
+  expect(sent.filter((url) => !url.startsWith("/api/"))).toEqual(["/numbers"]);
+  expect(traffic.heard.filter(({ url }) => /[?&](?!v=)/.test(url))).toEqual([]);
   await browser.close();
 });
 

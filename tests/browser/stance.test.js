@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { facing, findings, tallestFirst, yaw } from "../../static/photos/stance.js";
+import { doubts, facing, findings, tallestFirst, yaw } from "../../static/photos/stance.js";
 
 const FRAME = { width: 900, height: 1350 };
 const DEGREE = Math.PI / 180;
@@ -101,4 +101,15 @@ test("nobody, somebody else, one person found twice, and a passer-by far behind"
   assert.deepEqual(findings([person, twice], "front", FRAME), []);
   assert.deepEqual(findings([person, behind], "front", FRAME), []);
   assert.deepEqual(tallestFirst([behind, person]), [person, behind]);
+});
+
+test("another photo is suggested where the photo and its mirror image disagree", () => {
+  const found = { people: [photographed(stand())], agreement: 0.91, data: new Uint8Array(1) };
+  assert.deepEqual(doubts(found, "front", FRAME), []);
+  const unsure = { ...found, agreement: 0.89 };
+  assert.deepEqual(doubts(unsure, "front", FRAME), ["unsure"]);
+  const leaning = { ...unsure, people: [photographed(stand({ lean: 10 }))] };
+  assert.deepEqual(doubts(leaning, "front", FRAME), ["lean", "unsure"]);
+  // Where nobody is found there is no outline to be unsure of.
+  assert.deepEqual(doubts({ people: [], agreement: 0, data: null }, "front", FRAME), ["nobody"]);
 });
