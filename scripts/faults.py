@@ -25,7 +25,7 @@ sys.path.insert(0, str(ROOT))
 
 from bench.load import WOMAN, comparison, outline
 from bench.serving import Server, Shopper, ask, free_port
-from model.measurements import BODY_KINDS
+from model.checksums import FILES
 from model.template_mesh import DATA
 
 
@@ -182,20 +182,25 @@ def no_osmesa() -> str:
 
 def damaged_files() -> str:
     """Each file of the estimators is missing, cut off, or has a byte changed."""
-    names = [f"estimators/{kind}.npz" for kind in BODY_KINDS]
-    names += ["shape_basis.npz", "shape_directions.npy", "template_mesh.npz"]
     tried = 0
     with tempfile.TemporaryDirectory() as folder:
-        for name in names:
-            for harm in ("missing", "cut off"):
+        for name in FILES:
+            for harm in ("missing", "cut off", "with a changed byte"):
                 data = Path(folder) / "data"
                 shutil.rmtree(data, ignore_errors=True)
                 shutil.copytree(DATA, data)
                 file = data / name
+                middle = file.stat().st_size // 2
                 if harm == "missing":
                     file.unlink()
+                elif harm == "cut off":
+                    os.truncate(file, middle)
                 else:
-                    os.truncate(file, file.stat().st_size // 2)
+                    with file.open("r+b") as content:
+                        content.seek(middle)
+                        byte = content.read(1)[0]
+                        content.seek(middle)
+                        content.write(bytes([byte ^ 1]))
                 code, words = Server({"FITTING_ROOM_DATA": str(data)}).refusal()
                 expect(code != 0, f"it starts with {name} {harm}")
                 expect(name in words, f"{name} {harm} is not named: {words[-600:]}")

@@ -24,8 +24,12 @@ from werkzeug.exceptions import (
 from werkzeug.middleware.proxy_fix import ProxyFix
 from werkzeug.wrappers import Response
 
-from model.estimators import load_estimators
+from model.checksums import check_sums
+from model.estimators import Estimator, load_estimators
+from model.measurements import BodyKind
 from model.rendering import RenderingUnavailable
+from model.rig import rig_of
+from model.template_mesh import DATA
 from webapp import (
     api,
     avatars,
@@ -121,7 +125,7 @@ def create_app(settings: Mapping[str, Any] | None = None) -> Flask:
     logs.set_up(app)
     metrics.set_up(app)
 
-    app.extensions["estimators"] = load_estimators(Path(app.config["FITTING_ROOM_DATA"]))
+    app.extensions["estimators"] = load(Path(app.config["FITTING_ROOM_DATA"]))
     app.request_class = comparisons.InMemory
     app.before_request(comparisons.make_room)  # Before the token of a form is looked for.
     csrf = CSRFProtect(app)
@@ -149,6 +153,22 @@ def create_app(settings: Mapping[str, Any] | None = None) -> Flask:
     app.after_request(add_headers)
     app.after_request(hear_out)
     return app
+
+
+def load(folder: Path) -> Mapping[BodyKind, Estimator]:
+    """All that bodies are made of, whole or not at all: before a server's processes part, so that
+    they share it.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        If a file is missing or damaged; the message names it.
+    """
+    estimators = load_estimators(folder)
+    if folder != DATA:
+        check_sums(DATA)  # A body on the shipped mesh has the shipped rig.
+    rig_of(estimators["neutral"].template)
+    return estimators
 
 
 def sender() -> str:
