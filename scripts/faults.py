@@ -180,6 +180,45 @@ def no_osmesa() -> str:
     )
 
 
+HANGING = """
+import os, time
+os.environ["PYOPENGL_PLATFORM"] = "osmesa"
+import pyrender
+draw = pyrender.Renderer.render
+def hang(*rest, **more):
+    while os.path.exists(os.environ["HANGING"]):
+        time.sleep(1e9)
+    return draw(*rest, **more)
+pyrender.Renderer.render = hang
+"""
+
+
+def hanging_picture() -> str:
+    """The driver never comes back from a picture."""
+    with tempfile.TemporaryDirectory() as folder:
+        sign = Path(folder) / "hanging"
+        (Path(folder) / "sitecustomize.py").write_text(HANGING)
+        with Server({"PYTHONPATH": folder, "HANGING": str(sign)}) as server:
+            before = set(server.workers())
+            sign.touch()
+            with shoppers(server.port, 2) as answers:
+                start = time.monotonic()
+                late = ask(server.port, "POST", "/api/v1/avatars/front.png", WOMAN)
+                waited = time.monotonic() - start
+                sign.unlink()
+                ended = until(lambda: not before <= set(server.workers()), "it stays")
+                until(lambda: len(server.workers()) == len(before), "no new process")
+                drawn = ask(server.port, "POST", "/api/v1/avatars/front.png", WOMAN)
+        failed = sum(answers.values()) - answers["200"]
+    expect(late.status == 503 and "Retry-After" in late.headers, f"{late}")
+    expect(drawn.status == 200, f"{drawn}")
+    expect(failed == 0, f"{dict(answers)}")
+    return (
+        f"503 with `Retry-After` after {waited:.0f} s; that process ended {ended:.1f} s later and "
+        f"another one drew; meanwhile {answers['200']} other requests, {failed} failed"
+    )
+
+
 def damaged_files() -> str:
     """Each file of the estimators is missing, cut off, or has a byte changed."""
     tried = 0
@@ -298,6 +337,7 @@ FAULTS = {
     "the server begins anew under load": graceful_restart,
     "the disk is full": full_disk,
     "OSMesa is missing": no_osmesa,
+    "a picture hangs in the driver": hanging_picture,
     "an estimator's file is missing or damaged": damaged_files,
     "the clock jumps": clock_jump,
     "two servers behind nginx": two_replicas,

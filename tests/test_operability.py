@@ -13,6 +13,8 @@ from itsdangerous import TimestampSigner
 from prometheus_client import REGISTRY
 from werkzeug.test import Client
 
+from model import studio
+from model.studio import RenderingTimedOut
 from webapp import logs, metrics, server
 from webapp.overload import Gate, Overloaded
 from webapp.settings import VARIABLES, environment
@@ -91,6 +93,30 @@ def test_a_server_that_can_serve_is_ready(client):
     assert answer.json["status"] == "ready"
     assert answer.json["checks"]["estimators"] == "ok"
     assert answer.json["checks"]["limits"] == "off"
+
+
+def test_readiness_tells_of_the_last_picture(client, no_pyrender):
+    assert client.get("/readyz").json["checks"]["pictures"] == "missing"
+    assert client.get("/readyz").status_code == 200
+    no_pyrender.undo()
+    assert client.get("/readyz").json["checks"]["pictures"] == "ok"
+
+
+def test_a_picture_that_hangs_is_a_503_that_says_when_to_come_again(make_site):
+    client = make_site().test_client()
+    end = threading.Event()
+    with pytest.raises(RenderingTimedOut):
+        studio._in_studio(lambda _: end.wait(60), patience=0.1)
+    try:
+        answer = client.post("/api/v1/avatars/front.png", json=WOMAN)
+        assert (answer.status_code, answer.headers["Retry-After"]) == (503, "2")
+        assert client.get("/readyz").json["checks"]["pictures"] == "missing"
+        assert client.post("/api/v1/avatars", json=WOMAN).status_code == 200
+    finally:
+        end.set()
+    while studio.hangs():
+        time.sleep(0.001)
+    assert client.get("/readyz").json["checks"]["pictures"] == "ok"
 
 
 def test_a_server_whose_store_of_limits_is_gone_still_serves_and_says_so(make_site):

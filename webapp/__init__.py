@@ -27,8 +27,8 @@ from werkzeug.wrappers import Response
 from model.checksums import check_sums
 from model.estimators import Estimator, load_estimators
 from model.measurements import BodyKind
-from model.rendering import RenderingUnavailable
 from model.rig import rig_of
+from model.studio import RenderingTimedOut, RenderingUnavailable
 from model.template_mesh import DATA
 from webapp import (
     api,
@@ -206,7 +206,9 @@ def too_many(error: RateLimitExceeded) -> Response:
 
 def no_picture(error: RenderingUnavailable) -> Response:
     """What is asked for needs a picture, and this machine cannot draw."""
-    return failed(ServiceUnavailable(f"Pictures cannot be drawn on this server: {error}"))
+    again = overload.COME_AGAIN if isinstance(error, RenderingTimedOut) else None
+    words = f"Pictures cannot be drawn on this server: {error}"
+    return failed(ServiceUnavailable(words, retry_after=again))
 
 
 def careful_reading(wsgi_app: "WSGIApplication") -> "WSGIApplication":

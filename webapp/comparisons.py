@@ -34,7 +34,8 @@ from model.comparison_pictures import difference, filled, overlay, projection
 from model.masks import MOST_ACROSS, MOST_BYTES, MOST_PIXELS, Mask, PictureRefusedError, read_mask
 from model.measurements import MEASUREMENTS
 from model.refinement import Photo, Refined, refine
-from model.rendering import RenderingUnavailable, render_png
+from model.rendering import render_png
+from model.studio import RenderingUnavailable
 from webapp import refined, units
 from webapp.avatars import Avatar, avatar_of, make_avatar, shown_request
 from webapp.forms import CAMERA_LIMITS, AvatarRequest, Refusal, Refused

@@ -93,6 +93,25 @@ def child_exit(server: "Arbiter", worker: "Worker") -> None:  # noqa: ARG001 - g
         multiprocess.mark_process_dead(worker.pid)  # type: ignore[no-untyped-call]
 
 
+def post_request(worker: "Worker", _request: object, _environ: object, _response: object) -> None:
+    """Let a process end whose drawing hangs, once it has answered what it can: another one takes
+    its place. No thread can be stopped from outside.
+    """
+    from model import studio
+
+    if studio.hangs() and worker.alive:
+        worker.log.error("drawing hangs: this process ends")
+        worker.alive = False
+
+
+def worker_exit(server: "Arbiter", worker: "Worker") -> None:  # noqa: ARG001 - gunicorn's
+    """Do not wait for a thread that hangs, as Python would."""
+    from model import studio
+
+    if studio.hangs():
+        os._exit(1)
+
+
 def keep_few_heaps() -> None:
     """Tell glibc to serve all threads from two heaps, not from one for each: what pictures need for
     a moment would otherwise stay behind in every one. Elsewhere nothing happens.
