@@ -12,7 +12,8 @@
 #   make guide       docs/measurements.md: every measurement, its picture and its spread; and the
 #                    pictures of the wizard, static/guide/ (minutes)
 #   make words       the texts of the pages, gathered for the translations, which it compiles
-#   make bench       how long measuring takes, beside a peer's way, in one run (ARGS="--rounds 9")
+#   make bench       how long measuring takes, beside a peer's way, in one run (ARGS="--rounds 9");
+#                    then the real server for half a minute, beside a plain page
 #   make lighthouse  Lighthouse's scores of the wizard and the avatar's page, on a slow telephone
 #   make frames      what each picture of the body in 3D costs, at rest, dragged and turning
 #   make fuzz        50,000 generated requests, none of which may be answered 5xx

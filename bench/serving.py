@@ -32,6 +32,27 @@ def free_port() -> int:
         return port
 
 
+@dataclass(frozen=True, slots=True)
+class Memory:
+    """Bytes that a process holds, as Linux counts them (proc(5), ``smaps_rollup``).
+
+    resident : all of them (Rss)
+    shared : those of them that another process holds too (Shared_Clean and Shared_Dirty)
+    proportional : where each page counts in equal parts for all that hold it (Pss)
+    """
+
+    resident: int
+    shared: int
+    proportional: int
+
+
+def memory_of(process: int) -> Memory:
+    """What a process holds."""
+    text = Path(f"/proc/{process}/smaps_rollup").read_text()
+    held = {name: 1024 * int(size) for name, size in re.findall(r"^(\w+): +(\d+) kB", text, re.M)}
+    return Memory(held["Rss"], held["Shared_Clean"] + held["Shared_Dirty"], held["Pss"])
+
+
 class Server:
     """Gunicorn with our configuration: starts when it is entered, and stops when it is left.
 
@@ -113,13 +134,9 @@ class Server:
         children = Path(f"/proc/{self._running.pid}/task/{self._running.pid}/children")
         return [int(number) for number in children.read_text().split()]
 
-    def resident(self) -> list[int]:
-        """Bytes that each of them holds, those that it shares included."""
-        page = os.sysconf("SC_PAGE_SIZE")
-        return [
-            int(Path(f"/proc/{worker}/statm").read_text().split()[1]) * page
-            for worker in self.workers()
-        ]
+    def memory(self) -> list[Memory]:
+        """What each of them holds."""
+        return [memory_of(worker) for worker in self.workers()]
 
     def signal(self, number: signal.Signals) -> None:
         """Tell it to stop, or to begin anew."""
