@@ -13,6 +13,7 @@ from itsdangerous import TimestampSigner
 from prometheus_client import REGISTRY
 from werkzeug.test import Client
 
+from bench.load import comparison
 from model import studio
 from model.studio import RenderingTimedOut
 from webapp import logs, metrics, server
@@ -182,6 +183,25 @@ def test_some_wait_and_no_more_than_some():
     second.join()
     assert through.is_set()
     gate.enter()
+
+
+@pytest.mark.parametrize("kind", ["application/json", "multipart/form-data; boundary=part"])
+def test_what_is_sent_is_read_before_there_is_a_turn(make_site, kind):
+    site = make_site(WORK_AT_ONCE=1, WORK_WAITING=0)
+    gate, full = site.extensions["gate"], []
+
+    class Slow(io.BytesIO):
+        def read(self, size=-1):
+            full.append(gate.is_full)
+            return super().read(size)
+
+    sent = comparison(b"no picture") if kind.startswith("multi") else json.dumps(WOMAN).encode()
+    path = "/api/v1/comparisons" if kind.startswith("multi") else "/api/v1/avatars"
+    answer = site.test_client().post(
+        path, input_stream=Slow(sent), content_length=len(sent), content_type=kind
+    )
+    assert answer.status_code in (200, 415)
+    assert set(full) == {False}
 
 
 def test_nobody_waits_for_ever():
