@@ -7,7 +7,9 @@ Two servers behind nginx need the Debian package nginx-light; a full disk needs 
 
 import argparse
 import http.client
+import itertools
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -24,7 +26,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from bench.load import WOMAN, comparison, outline
-from bench.serving import Server, Shopper, ask, free_port
+from bench.serving import Answer, Server, Shopper, ask, nginx
 from model.checksums import FILES
 from model.template_mesh import DATA
 
@@ -270,54 +272,24 @@ def clock_jump() -> str:
     return "what was typed before a jump of an hour, forward or back, is there after it"
 
 
-NGINX = (
-    "daemon off; pid {folder}/pid; error_log {folder}/error.log; events {{}} http {{ "
-    "access_log off; client_body_temp_path {folder}/a; proxy_temp_path {folder}/b; "
-    "fastcgi_temp_path {folder}/c; uwsgi_temp_path {folder}/d; scgi_temp_path {folder}/e; {ours} }}"
-)
-
-
-@contextmanager
-def nginx(ports: list[int]) -> Iterator[int]:
-    """Debian's nginx with the configuration of deploy/, on some port, before these servers."""
-    program = shutil.which("nginx", path=f"{os.environ['PATH']}:/usr/sbin")
-    expect(program is not None, "nginx is missing (Debian: nginx-light)")
-    port = free_port()
-    ours = (ROOT / "deploy" / "nginx.conf").read_text().replace("listen 80;", f"listen {port};")
-    for number, name in enumerate(("web1:8000", "web2:8000")):
-        ours = ours.replace(name, f"127.0.0.1:{ports[number]}")
-    with tempfile.TemporaryDirectory() as folder:
-        Path(folder).chmod(0o777)
-        file = Path(folder) / "nginx.conf"
-        file.write_text(NGINX.format(folder=folder, ours=ours))
-        with subprocess.Popen(
-            [str(program), "-c", str(file)], stderr=subprocess.DEVNULL
-        ) as process:
-            try:
-                until(lambda: _listens(port), "nginx does not start", 20)
-                yield port
-            finally:
-                process.terminate()
-
-
-def _listens(port: int) -> bool:
-    try:
-        return ask(port, "GET", "/healthz").status == 200
-    except OSError:
-        return False
+TYPED = {"stature": "168", "weight": "64", "bust_girth": "92", "waist_girth": "74"}
+"""What a shopper types in the wizard, in centimetres and kilograms; they skip the rest."""
 
 
 def two_replicas() -> str:
-    """Two servers behind nginx, request by request in turn; then one is stopped under load."""
+    """A wizard's steps on two servers behind nginx in turn; then one is stopped under load."""
     key = {"SECRET_KEY": "one key for both of them", "TRUSTED_PROXIES": "1", "WEB_CONCURRENCY": "1"}
-    with Server(key) as one, Server(key) as other, nginx([one.port, other.port]) as port:
+    with Server(key) as one, Server(key) as other, nginx((one.port, other.port)) as port:
         shopper = Shopper(port)
-        for turn in range(3):
-            expect(shopper.enter(body="female", stature=f"16{turn}").status == 303, "the form")
-            shown = shopper.get("/avatar")
-            expect(shown.status == 200 and b"The numbers" in shown.body, "the body")
-        shopper.port = other.port
-        expect(shopper.get("/avatar").status == 200, "a wizard begun before both, on the second")
+        reviewed = shopper.measure("female", TYPED)
+        shown = shopper.get("/avatar")
+        expect(entered(reviewed) == list(TYPED.values()), f"the review: {entered(reviewed)}")
+        body = {name: f"{float(value):g}" for name, value in asked(shown).items()}
+        expect(body == TYPED, f"the body's page: {body}")
+        turns = list(shopper.answered_by)
+        for method in ("GET", "POST"):
+            servers = {server for asked_by, server in turns if asked_by == method}
+            expect(len(servers) == 2, f"each {method} was answered by {servers}")
         with shoppers(port) as answers:
             until(lambda: answers["200"] >= 6, "no answers")
             one.signal(signal.SIGTERM)
@@ -326,10 +298,23 @@ def two_replicas() -> str:
             until(lambda: answers["200"] >= reached + 6, "no answers afterwards")
         failed = sum(answers.values()) - answers["200"]
         expect(failed == 0, f"{dict(answers)}")
+        changes = sum(a != b for (_, a), (_, b) in itertools.pairwise(turns))
         return (
-            "three wizards begun on one server were finished on the other; then one was stopped "
-            f"under load: {answers['200']} requests, {failed} failed"
+            f"a wizard of {len(turns)} requests went {changes} times from one server to the other, "
+            "and review and body have what was typed; then one was stopped under load: "
+            f"{answers['200']} requests, {failed} failed"
         )
+
+
+def entered(review: Answer) -> list[str]:
+    """The values on the wizard's last page."""
+    return re.findall(r'class="entered-value">([^<]*?)\s*<', review.body.decode())
+
+
+def asked(avatar: Answer) -> dict[str, str]:
+    """The entered values on the body's page, by measurement."""
+    table = avatar.body.decode().partition('id="numbers"')[2].partition("</table>")[0]
+    return dict(re.findall(r'<tr data-measurement="(\w+)">.*?<td>([^<]*)</td>', table, re.DOTALL))
 
 
 FAULTS = {
