@@ -228,8 +228,17 @@ class Shopper:
         return self._ask("GET", path)
 
     def send(self, path: str, **fields: str) -> Answer:
-        """Fill in a page's form."""
-        page = self.get(path)
+        """Ask for a page, and fill in its form."""
+        return self.fill_in(self.get(path), path, **fields)
+
+    def fill_in(self, page: Answer, path: str, **fields: str) -> Answer:
+        """Fill in the form of a page that is there, and send it.
+
+        Raises
+        ------
+        ValueError
+            Where it has none.
+        """
         token = re.search(rb'name="csrf_token" value="([^"]+)"', page.body)
         if token is None:
             raise ValueError(f"the form of {path} has no token: {page.status}")

@@ -348,6 +348,23 @@ def test_the_folder_of_the_metrics_is_made_once_by_a_server(monkeypatch, tmp_pat
 # ---------------------------------------------------------------- clocks
 
 
+@pytest.mark.parametrize("hours", [-1, 1])
+def test_a_jump_of_the_clock_is_nothing_where_no_limit_is(client, monkeypatch, hours):
+    client.get("/")
+    now = time.time
+    monkeypatch.setattr(time, "time", lambda: now() + hours * 3600)
+    assert client.get("/").status_code == 200
+
+
+@pytest.mark.parametrize("hours", [-1, 1])
+def test_a_jump_of_the_clock_turns_nobody_away_for_longer(make_site, monkeypatch, hours):
+    client = make_site(RATELIMIT_ENABLED=True, RATELIMIT_DEFAULT="2 per minute").test_client()
+    assert [client.get("/").status_code for _ in range(3)] == [200, 200, 429]
+    now = time.time
+    monkeypatch.setattr(time, "time", lambda: now() + hours * 3600)
+    assert [client.get("/").status_code for _ in range(3)] == [200, 200, 429]
+
+
 @pytest.mark.parametrize(
     ("hours", "kept"),
     [(-24 * 20, True), (-1, True), (1, True), (24 * 365, True), (-24 * 40, False)],

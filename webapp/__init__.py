@@ -1,18 +1,15 @@
 """The Fitting Room's site: reads requests, calls the model, writes responses."""
 
 import contextlib
-import hmac
 import io
-import ipaddress
 import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
-from flask import Flask, current_app, render_template, request
+from flask import Flask, render_template, request
 from flask.json.provider import DefaultJSONProvider
-from flask_limiter import Limiter, RateLimitExceeded
-from flask_limiter.util import get_remote_address
+from flask_limiter import RateLimitExceeded
 from flask_wtf import CSRFProtect
 from werkzeug.exceptions import (
     BadHost,
@@ -37,6 +34,7 @@ from webapp import (
     delivery,
     health,
     language,
+    limiting,
     logs,
     metrics,
     mirror,
@@ -130,8 +128,7 @@ def create_app(settings: Mapping[str, Any] | None = None) -> Flask:
     app.before_request(comparisons.make_room)  # Before the token of a form is looked for.
     csrf = CSRFProtect(app)
     csrf.exempt(api.bp)
-    limiter = Limiter(sender, app=app)
-    limiter.exempt(health.bp)
+    limiting.set_up(app)
     overload.set_up(app)
     for blueprint in (
         health.bp,
@@ -169,19 +166,6 @@ def load(folder: Path) -> Mapping[BodyKind, Estimator]:
         check_sums(DATA)  # A body on the shipped mesh has the shipped rig.
     rig_of(estimators["neutral"].template)
     return estimators
-
-
-def sender() -> str:
-    """Whom a request is counted for: a network address that cannot be read from what is kept.
-
-    Of IPv6, which gives everyone a network of their own, the network.
-    """
-    address = get_remote_address()
-    with contextlib.suppress(ValueError):
-        if ipaddress.ip_address(address).version == 6:
-            address = str(ipaddress.ip_network(f"{address}/64", strict=False))
-    key = current_app.config["SECRET_KEY"].encode()
-    return hmac.digest(key, address.encode(), "sha256").hex()[:16]
 
 
 def failed(error: HTTPException) -> Response:
