@@ -74,10 +74,12 @@ test: $(VENV)/bin/python
 	@scripts/require.sh node
 	@scripts/require.sh osmesa
 	@scripts/require.sh chromium
+	@scripts/require.sh redis || echo "warning: limits that servers share will not be tested"
+	@scripts/require.sh nginx || echo "warning: two servers behind nginx will not be tested"
 	@$(SIDE_BY_SIDE) $(DEV) $(FRONT_END)
 	@$(SIDE_BY_SIDE) types others
 	@echo "Testing the model and the site"
-	@$(BIN)/python -m pytest -q -n auto --dist loadfile --no-loadscope-reorder
+	@$(BIN)/python -m pytest -q -rs -n auto --dist loadfile --no-loadscope-reorder
 	@echo "Testing in the browser"
 	@PATH="$(CURDIR)/$(BIN):$$PATH" npm run --silent test:browser
 
@@ -140,6 +142,7 @@ fuzz: $(DEV)
 
 faults: $(SITE)
 	@scripts/require.sh nginx
+	@scripts/require.sh faketime || echo "warning: the clock will not be tried"
 	@$(BIN)/python scripts/faults.py $(ARGS)
 
 population: $(POPULATION)

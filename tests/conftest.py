@@ -41,6 +41,8 @@ SLOWEST = (
     "test_tape_fit",
     "test_api",
     "test_anthropometry",
+    "test_limits",
+    "test_replicas",
     "test_paper_report",
     "test_comparisons",
     "test_tape_pictures",
