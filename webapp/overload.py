@@ -86,7 +86,7 @@ def set_up(app: Flask) -> None:
         # Who sends slowly waits outside: there is no turn before all is read, a form's parts too.
         if request.is_json:
             request.get_data()
-        else:
+        elif request.mimetype == "multipart/form-data":
             request.form  # noqa: B018 - reading it is what counts
         start = time.perf_counter()
         try:
