@@ -12,7 +12,8 @@
 #   make guide       docs/measurements.md: every measurement, its picture and its spread; and the
 #                    pictures of the wizard, static/guide/ (minutes)
 #   make words       the texts of the pages, gathered for the translations, which it compiles
-#   make bench       how long measuring takes, beside a peer's way, in one run (ARGS="--rounds 9")
+#   make bench       how long measuring takes, beside a peer's way, in one run (ARGS="--rounds 9");
+#                    then the real server for half a minute, beside a plain page
 #   make lighthouse  Lighthouse's scores of the wizard and the avatar's page, on a slow telephone
 #   make frames      what each picture of the body in 3D costs, at rest, dragged and turning
 #   make fuzz        50,000 generated requests, none of which may be answered 5xx
@@ -74,10 +75,12 @@ test: $(VENV)/bin/python
 	@scripts/require.sh node
 	@scripts/require.sh osmesa
 	@scripts/require.sh chromium
+	@scripts/require.sh redis || echo "warning: limits that servers share will not be tested"
+	@scripts/require.sh nginx || echo "warning: two servers behind nginx will not be tested"
 	@$(SIDE_BY_SIDE) $(DEV) $(FRONT_END)
 	@$(SIDE_BY_SIDE) types others
 	@echo "Testing the model and the site"
-	@$(BIN)/python -m pytest -q -n auto --dist loadfile --no-loadscope-reorder
+	@$(BIN)/python -m pytest -q -rs -n auto --dist loadfile --no-loadscope-reorder
 	@echo "Testing in the browser"
 	@PATH="$(CURDIR)/$(BIN):$$PATH" npm run --silent test:browser
 
@@ -140,6 +143,7 @@ fuzz: $(DEV)
 
 faults: $(SITE)
 	@scripts/require.sh nginx
+	@scripts/require.sh faketime || echo "warning: the clock will not be tried"
 	@$(BIN)/python scripts/faults.py $(ARGS)
 
 population: $(POPULATION)

@@ -1,7 +1,8 @@
-"""The command line: ``python -m bench`` prints our timings beside the peer's.
+"""The command line: ``python -m bench`` prints our timings beside the peer's, and drives the real
+server for half a minute.
 
 ``python -m bench silhouettes`` prints how well outlines tell bodies apart, and how they help.
-``python -m bench load`` drives the real server instead, see `load`.
+``python -m bench load`` drives it for a quarter of an hour instead, see `load`.
 ``python -m bench stages`` tells where the time of a request goes, see `stages`.
 """
 
@@ -48,6 +49,9 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument(
         "--processes", type=int, nargs="+", default=[1, 2], help="measuring the population"
     )
+    parser.add_argument(
+        "--requests", type=int, default=40, help="to the real server, by each number of clients"
+    )
     options = parser.parse_args(arguments)
     print(
         f"{cores()} cores, {platform.machine()}, Python {platform.python_version()}, "
@@ -60,6 +64,9 @@ def main(arguments: list[str] | None = None) -> None:
     one_after_the_other(time_bodies(min(options.bodies, ALONE)))
     print()
     population(time_population(options.bodies, options.processes))
+    if options.requests:
+        print()
+        load.shortly(options.requests)
 
 
 def one_body(rounds: int, warm_up: int) -> None:

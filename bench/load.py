@@ -12,10 +12,12 @@ import itertools
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing import get_context
+from typing import Literal
 
 import numpy as np
 from PIL import Image, ImageDraw
@@ -31,6 +33,18 @@ WOMAN: Mapping[str, object] = {
 MIX = ("page", "avatar", "page", "GLB", "avatar", "page", "picture", "avatar", "GLB", "comparison")
 """Requests in turn: of ten, three each for a page and a body's numbers, two for its file, one each
 for a picture and a comparison."""
+
+
+CLIENTS = (1, 8, 32)
+"""How many ask at the same time."""
+
+Served = Literal["site", "plain"]
+
+Drive = Callable[[Served, int, int], "Load"]
+"""Drives one of both by a number of clients, with a number of requests."""
+
+DRAWING = 2
+"""Clients that want pictures all the while: one is always being drawn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,38 +144,99 @@ def main(arguments: Sequence[str]) -> None:
     """Drives and prints."""
     parser = argparse.ArgumentParser(prog="python -m bench load", description=__doc__)
     parser.add_argument("--requests", type=int, default=500, help="by each number of clients")
-    parser.add_argument("--clients", type=int, nargs="+", default=[1, 8, 32])
+    parser.add_argument("--clients", type=int, nargs="+", default=CLIENTS)
+    parser.add_argument(
+        "--pictures", type=int, default=200, help="drawn while others ask the same worker"
+    )
     parser.add_argument(
         "--memory", type=int, default=5000, help="requests over which it is watched"
     )
     parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args(arguments)
-    settings = {"WEB_CONCURRENCY": str(options.workers)}
+    with ProcessPoolExecutor(1, get_context("spawn")) as second:
+        with _driven(second, options.workers) as (driven, server):
+            _compare(driven, options.clients, options.requests)
+            print()
+            _print_kinds(driven("site", 1, options.requests))
+            if options.memory:
+                _watch(server, lambda count: driven("site", 8, count), options.memory)
+        if options.pictures:
+            _beside_pictures(second, options.pictures)
+
+
+def shortly(requests: int) -> None:
+    """Drives by few requests and prints: enough for a ratio, not for a tail."""
     print(
-        f"{cores()} cores, {options.workers} workers; {busy():.1f} processes wanted to run in the "
-        "last minute. Hold ratios against ratios.\n"
+        f"The real server, shortly: {requests} requests by each number of clients. For tails and "
+        "memory:\npython -m bench load"
     )
     with (
         ProcessPoolExecutor(1, get_context("spawn")) as second,
-        Server(settings) as site,
-        Server(settings, "bench.plain:app") as plain,
+        _driven(second, workers=2) as (driven, _),
     ):
+        _compare(driven, CLIENTS, requests)
+
+
+@contextmanager
+def _driven(second: ProcessPoolExecutor, workers: int) -> Iterator[tuple[Drive, Server]]:
+    """The site and the plain page on as many workers, and what drives them from another process."""
+    settings = {"WEB_CONCURRENCY": str(workers)}
+    print(
+        f"{cores()} cores, {workers} workers; {busy():.1f} processes wanted to run in the "
+        "last minute. Hold ratios against ratios.\n"
+    )
+    with Server(settings) as site, Server(settings, "bench.plain:app") as plain:
+        ports = {"site": site.port, "plain": plain.port}
+        mixes: Mapping[Served, Sequence[str]] = {"site": MIX, "plain": ("plain",)}
         parts = comparison(outline(site.port))
 
-        def driven(server: Server, clients: int, requests: int, mix: Sequence[str]) -> Load:
-            return second.submit(drive, server.port, clients, requests, mix, parts).result()
+        def driven(served: Served, clients: int, requests: int) -> Load:
+            return second.submit(
+                drive, ports[served], clients, requests, mixes[served], parts
+            ).result()
 
-        driven(site, 2, 4 * len(MIX), MIX)  # Warm: the first picture opens the renderer.
-        driven(plain, 2, 40, ["plain"])
-        _print_head()
-        for clients in options.clients:
-            base = driven(plain, clients, options.requests, ["plain"])
-            _print_row("plain page", base, base)
-            _print_row("the mix", driven(site, clients, options.requests, MIX), base)
-        print()
-        _print_kinds(driven(site, 1, options.requests, MIX))
-        if options.memory:
-            _watch(site, lambda count: driven(site, 8, count, MIX), options.memory)
+        driven("site", 2, 4 * len(MIX))  # Warm: the first picture opens the renderer.
+        driven("plain", 2, 40)
+        yield driven, site
+
+
+def _compare(driven: Drive, clients: Sequence[int], requests: int) -> None:
+    """Prints how the site does beside the plain page."""
+    _print_head()
+    for count in clients:
+        base = driven("plain", count, requests)
+        _print_row("plain page", base, base)
+        _print_row("the mix", driven("site", count, requests), base)
+
+
+def _beside_pictures(second: ProcessPoolExecutor, pictures: int) -> None:
+    """Prints what others wait at a worker while it draws one picture after the other."""
+    with Server({"WEB_CONCURRENCY": "1"}) as site:
+
+        def meanwhile(count: int) -> dict[str, list[float]]:
+            drawing = second.submit(drive, site.port, DRAWING, count, ["picture"], b"")
+            took: dict[str, list[float]] = {"/healthz": [], "/": []}
+            while not drawing.done() or len(took["/"]) < 100:
+                for path, times in took.items():
+                    start = time.perf_counter()
+                    if ask(site.port, "GET", path).status != 200:
+                        raise RuntimeError(f"no answer at {path}")
+                    times.append(time.perf_counter() - start)
+            drawn = drawing.result().answers.get(200, 0)
+            for path, times in took.items():
+                middle, most = (np.quantile(times, share) * 1e3 for share in (0.5, 0.95))
+                print(
+                    f"{drawn:>8} pictures   {path:10}{middle:>6.0f} ms, 95 % within {most:.0f}, "
+                    f"all {len(times)} within {max(times) * 1e3:.0f}",
+                    flush=True,
+                )
+            return took
+
+        second.submit(drive, site.port, 1, 3, ["picture"], b"").result()
+        print(f"\nOne worker, asked for other things one by one; {DRAWING} clients want pictures:")
+        alone, busy = meanwhile(0), meanwhile(pictures)
+        ratio = {path: np.median(busy[path]) / np.median(alone[path]) for path in alone}
+        print("Beside pictures: " + ", ".join(f"{path} {r:.1f}×" for path, r in ratio.items()))
 
 
 def _print_head() -> None:
@@ -187,11 +262,17 @@ def _print_kinds(load: Load) -> None:
 
 
 def _watch(site: Server, run: Callable[[int], Load], requests: int) -> None:
-    """Prints the memory of each worker as requests go by."""
-    print(f"\nMemory of each worker, MB, over {requests} requests:")
+    """Prints the memory of each worker as requests go by, and how much of it they share."""
+    print(
+        f"\nMemory of each worker, MB, over {requests} requests: resident, of that shared with the "
+        "others,\nand as much as falls to it where a shared page counts in equal parts (Pss)"
+    )
     steps = 5
     for step in range(steps + 1):
-        held = "  ".join(f"{held / 1e6:.0f}" for held in site.resident())
-        print(f"{requests * step // steps:>8}   {held}")
+        each = "   ".join(
+            f"{one.resident / 1e6:>6.0f}{one.shared / 1e6:>6.0f}{one.proportional / 1e6:>6.0f}"
+            for one in site.memory()
+        )
+        print(f"{requests * step // steps:>8}   {each}", flush=True)
         if step < steps:
             run(requests // steps)

@@ -20,6 +20,7 @@ from sklearn.utils import Tags, assert_all_finite
 from sklearn.utils.validation import check_is_fitted, validate_data
 
 from model.anthropometry import TAKEN
+from model.checksums import check_sums
 from model.geometry import Floats
 from model.law import Law
 from model.measurements import BODY_KINDS, MEASUREMENTS, BodyKind, MeasurementSet
@@ -433,7 +434,15 @@ def load_estimator(path: Path, folder: Path = DATA) -> Estimator:
 
 
 def load_estimators(folder: Path = DATA) -> dict[BodyKind, Estimator]:
-    """The estimators of a folder, the shipped ones or those of scans: one for each kind of body."""
+    """The estimators of a folder, the shipped ones or those of scans: one for each kind of body.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        Where a file of the folder is missing, is not what it was when it was written, or is none
+        of ours; the message names it.
+    """
+    check_sums(folder)
     return {
         kind: load_estimator(folder / "estimators" / f"{kind}.npz", folder) for kind in BODY_KINDS
     }

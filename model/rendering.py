@@ -1,18 +1,14 @@
-"""A body as pictures, front and profile: the only file that imports pyrender.
+"""A body as pictures, front and profile.
 
-Where the camera stands and what it makes of points is told in `cameras`.
+Where the camera stands and what it makes of points is told in `cameras`; `studio` draws them.
 """
 
 from __future__ import annotations
 
-import contextlib
 import io
-import os
-import threading
 import zlib
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,12 +17,11 @@ from PIL import Image, ImageChops
 from model.appearance import GARMENT_COLOUR, SKIN_COLOUR, DressedBody, dress, linear
 from model.cameras import USUAL_CAMERA, Camera, Facing, Projection, Side, project
 from model.geometry import Floats
+from model.studio import Coat, Drawn, draw
 from model.template_mesh import Body
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-Result = TypeVar("Result")
+    from collections.abc import Sequence
 
 # Points of a finer grid per pixel's side, averaged: a smooth outline.
 FINENESS = 2
@@ -40,13 +35,7 @@ WEBP_QUALITY = 90
 # The darkest of a foot's shadow on the floor, as a share of the light.
 _SHADE = 0.32
 
-# Nothing drawn is darker than this in red, so that what is darker is no body: 0 to 1.
-_DARKEST = 0.02
 _COVERED = [0] + [255] * 255
-
-
-class RenderingUnavailable(RuntimeError):
-    """Pictures cannot be drawn on this machine: OSMesa or what leads to it is missing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +74,7 @@ def photograph(painted: Painted, projection: Projection, size: tuple[int, int]) 
     RenderingUnavailable
         If this machine lacks OSMesa; the message says what is missing.
     """
-    drawn = _draw(painted.positions, _lit(painted, projection), projection, size, FINENESS, True)
+    drawn = draw(painted.positions, _lit(painted, projection), projection, size, FINENESS, True)
     picture = _before(Image.new("RGB", size, BACKDROP), drawn)
     depths = np.full((FINENESS * size[1], FINENESS * size[0]), np.inf, dtype=np.float32)
     left, top = (FINENESS * low for low in drawn.corner)
@@ -159,18 +148,18 @@ def _silhouette(dressed: DressedBody, projection: Projection, size: tuple[int, i
     picture = Image.new("L", size)
     white = np.ones_like(dressed.positions)
     coats = [(dressed.skin, white), (dressed.garment, white)]
-    drawn = _draw(dressed.positions, coats, projection, size)
+    drawn = draw(dressed.positions, coats, projection, size)
     picture.paste(Image.fromarray(drawn.colours[:, :, 0]), drawn.corner)
     return picture
 
 
 def _picture(dressed: DressedBody, projection: Projection, size: tuple[int, int]) -> Image.Image:
     coats = _lit(in_underwear(dressed), projection)
-    drawn = _draw(dressed.positions, coats, projection, size, FINENESS)
+    drawn = draw(dressed.positions, coats, projection, size, FINENESS)
     return _before(_backdrop(dressed, projection, size), drawn)
 
 
-def _before(backdrop: Image.Image, drawn: _Drawn) -> Image.Image:
+def _before(backdrop: Image.Image, drawn: Drawn) -> Image.Image:
     """What was drawn `FINENESS` times as fine, before a backdrop, which is painted over."""
     # The body was drawn on black, so that its edge pixels hold no more than their share of it.
     fine = Image.fromarray(drawn.colours)
@@ -184,7 +173,7 @@ def _before(backdrop: Image.Image, drawn: _Drawn) -> Image.Image:
     return backdrop
 
 
-def _lit(painted: Painted, projection: Projection) -> list[_Coat]:
+def _lit(painted: Painted, projection: Projection) -> list[Coat]:
     light = _light(painted.normals, projection)
     return [(faces, _srgb(linear(colour) * light)) for faces, colour in painted.coats]
 
@@ -260,183 +249,3 @@ def _png(picture: Image.Image) -> bytes:
     stream = io.BytesIO()
     picture.save(stream, "PNG", compress_level=1, compress_type=zlib.Z_RLE)
     return stream.getvalue()
-
-
-# ---- the one thread that draws ----------------------------------------------------------------
-
-_Coat = tuple[NDArray[np.int32], Floats]
-
-
-@dataclass(frozen=True, eq=False)
-class _Drawn:
-    """A part of a picture: (h, w, 3) sRGB, (h, w) metres or 0, and its upper left corner."""
-
-    colours: NDArray[np.uint8]
-    depths: NDArray[np.float32]
-    corner: tuple[int, int]
-
-
-class _Studio:
-    """pyrender on one GL context. Made and used in one thread only.
-
-    pyrender's own OffscreenRenderer makes a context anew for every picture size, and always reads
-    the depths back, which takes longer than to draw them. So its parts are used here.
-    """
-
-    def __init__(self) -> None:
-        os.environ["PYOPENGL_PLATFORM"] = "osmesa"
-        # Mesa's own threads would be missing after a fork, and the first picture wait for them
-        # for ever. Without them it is no slower: reading the pixels back takes the time.
-        os.environ["LP_NUM_THREADS"] = "0"
-        try:
-            import pyrender
-            from pyrender.platforms.osmesa import OSMesaPlatform
-
-            self._pyrender = pyrender
-            self._platform_class = OSMesaPlatform
-            self._open((1200, 2400))
-        except Exception as error:  # every layer below fails in its own way
-            raise RenderingUnavailable(
-                f"pictures need OSMesa (Debian: libosmesa6) and pyrender: {error!r}"
-            ) from error
-
-    def _open(self, size: tuple[int, int]) -> None:
-        self._size = size
-        self._platform = self._platform_class(*size)
-        self._platform.init_context()
-        self._platform.make_current()
-        _tell_contexts_by_address()
-        self._renderer = self._pyrender.Renderer(*size)
-
-    def close(self) -> None:
-        """Give back the context, as far as it still lets itself be given back."""
-        with contextlib.suppress(Exception):
-            self._renderer.delete()
-        with contextlib.suppress(Exception):
-            self._platform.delete_context()
-
-    def draw(
-        self,
-        parts: list[dict[str, Any]],
-        projection: Projection,
-        corner: tuple[int, int],
-        size: tuple[int, int],
-        fineness: int,
-        with_depths: bool,
-    ) -> _Drawn:
-        """The part of a picture from a corner on, `fineness` times as fine."""
-        width, height = fineness * size[0], fineness * size[1]
-        if width > self._size[0] or height > self._size[1]:
-            self.close()
-            self._open((max(width, self._size[0]), max(height, self._size[1])))
-        pyrender, camera = self._pyrender, projection.camera
-        scene = pyrender.Scene(bg_color=(0.0, 0.0, 0.0, 0.0))
-        scene.add(pyrender.Mesh([pyrender.Primitive(mode=4, **part) for part in parts]))
-        pose = np.eye(4)
-        pose[:3, 0], pose[:3, 2] = projection.right, projection.towards
-        pose[:3, 3] = camera.distance * projection.towards + (0, camera.height, 0)
-        lens = pyrender.IntrinsicsCamera(
-            fx=fineness * projection.focal,
-            fy=fineness * projection.focal,
-            cx=fineness * (projection.column - corner[0]),
-            cy=fineness * (projection.row - corner[1]),
-            znear=0.05,
-            zfar=camera.distance + 5,
-        )
-        scene.add(lens, pose=pose)
-        self._renderer.viewport_width, self._renderer.viewport_height = width, height
-        # Flat: the colours are the points' own, already lit.
-        self._renderer.render(scene, pyrender.RenderFlags.FLAT)
-        colours = self._renderer.read_color_buf()
-        depths = self._renderer.read_depth_buf() if with_depths else np.empty((0, 0), np.float32)
-        return _Drawn(colours, depths, corner)
-
-
-def _tell_contexts_by_address() -> None:
-    """PyOpenGL asks OSMesa for the current context again and again, and what it is given never
-    equals what it was given before. pyrender would then compile its programs anew for every part
-    that it draws, and keep them all: a megabyte each.
-    """
-    from OpenGL.raw.osmesa._types import OSMesaContext
-
-    OSMesaContext.__eq__ = lambda self, other: (
-        isinstance(other, type(self)) and self.address == other.address
-    )
-
-
-_lock = threading.Lock()
-_worker: ThreadPoolExecutor | None = None
-_studio: _Studio | None = None
-
-
-def _forget_worker() -> None:
-    """A forked process has the parent's variables but not its thread: begin anew there."""
-    global _lock, _worker, _studio
-    _lock, _worker, _studio = threading.Lock(), None, None
-
-
-os.register_at_fork(after_in_child=_forget_worker)
-
-
-def _in_studio(task: Callable[[_Studio], Result]) -> Result:
-    """Run a task in the thread that owns the GL contexts; the first one opens the studio.
-
-    A studio in which a task failed is not used again: the task is tried once more in a new one.
-    """
-    global _worker
-
-    def attempt() -> Result:
-        global _studio
-        if _studio is None:
-            _studio = _Studio()
-        try:
-            return task(_studio)
-        except Exception:
-            _studio.close()
-            _studio = None
-            raise
-
-    def run() -> Result:
-        try:
-            return attempt()
-        except RenderingUnavailable:
-            raise
-        except Exception:  # noqa: BLE001 - a driver's failure, of whatever kind
-            try:
-                return attempt()
-            except Exception as error:
-                raise RenderingUnavailable(f"drawing failed twice: {error!r}") from error
-
-    with _lock:
-        if _worker is None:
-            _worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="rendering")
-        worker = _worker
-    return worker.submit(run).result()
-
-
-def _draw(
-    positions: Floats,
-    coats: list[_Coat],
-    projection: Projection,
-    size: tuple[int, int],
-    fineness: int = 1,
-    with_depths: bool = False,
-) -> _Drawn:
-    """Faces in the given colours of all points, (N, 3), on black.
-
-    Draws the smallest part of the picture that holds the points: the rest need not be drawn.
-    """
-    parts = [
-        {
-            "positions": positions.astype(np.float32),
-            "indices": faces.astype(np.uint32),
-            "color_0": np.insert(np.maximum(colours, _DARKEST), 3, 1, axis=1).astype(np.float32),
-        }
-        for faces, colours in coats
-        if len(faces)
-    ]
-    pixels = projection.pixels(positions)
-    left, top = (int(low) for low in np.maximum(np.floor(pixels.min(axis=0)) - 1, 0))
-    right, bottom = (int(high) for high in np.minimum(np.ceil(pixels.max(axis=0)) + 1, size))
-    corner, part = (left, top), (right - left, bottom - top)
-    return _in_studio(lambda s: s.draw(parts, projection, corner, part, fineness, with_depths))

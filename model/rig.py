@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from model.geometry import Floats, Integers
-from model.template_mesh import DATA, Body, TemplateMesh, load_template_mesh
+from model.template_mesh import DATA, Body, TemplateMesh, load_template_mesh, reading
 
 RIG_FILE = "rig.npz"
 
@@ -108,10 +108,11 @@ def load_rig(folder: Path = DATA) -> Rig:
 
     Raises
     ------
-    FileNotFoundError
-        Where the file is missing; the message names it.
+    FileNotFoundError, DamagedFileError
+        Where the file is missing or damaged; the message names it.
     """
-    with (folder / RIG_FILE).open("rb") as file, np.load(file, allow_pickle=False) as arrays:
+    path = folder / RIG_FILE
+    with reading(path), path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
         return Rig(
             names=tuple(str(name) for name in arrays["names"]),
             parents=arrays["parents"].astype(np.int64),

@@ -9,6 +9,7 @@
 #        scripts/require.sh chromium       Chromium, for the browser tests
 #        scripts/require.sh nginx          nginx, to try two servers behind it
 #        scripts/require.sh redis          Redis, to try limits that servers share
+#        scripts/require.sh faketime       libfaketime, to set the clock beneath a server
 #
 # NO_INSTALL=1 never installs a system package, only names it.
 set -euo pipefail
@@ -155,6 +156,15 @@ require_redis() {
         "Install the package redis-server (Debian and Ubuntu: apt-get install redis-server)"
 }
 
+has_faketime() { compgen -G "/usr/lib/*/faketime/libfaketimeMT.so.1" >/dev/null; }
+
+require_faketime() {
+    has_faketime && return
+    if install_packages libfaketime && has_faketime; then return; fi
+    fail "libfaketime was not found; the clock is set with it beneath a server." \
+        "Install the package libfaketime (Debian and Ubuntu: apt-get install libfaketime)"
+}
+
 case "${1:-}" in
     python) require_python ;;
     venv) require_venv "${2:?which folder?}" ;;
@@ -163,5 +173,6 @@ case "${1:-}" in
     chromium) require_chromium ;;
     nginx) require_nginx ;;
     redis) require_redis ;;
-    *) sed -n 's/^# \{0,1\}//; 2,13p' "$0" >&2; exit 2 ;;
+    faketime) require_faketime ;;
+    *) sed -n 's/^# \{0,1\}//; 2,14p' "$0" >&2; exit 2 ;;
 esac

@@ -1,6 +1,7 @@
 """The site for tests, and a client that checks the HTML of every page it is given."""
 
 import os
+import sys
 from collections import Counter
 
 import html5lib
@@ -9,6 +10,7 @@ import pytest
 from flask.testing import FlaskClient
 from hypothesis import settings
 
+from model import studio
 from webapp import create_app
 
 # A slow machine is no failure; and what is checked before landing is the same each time.
@@ -39,6 +41,8 @@ SLOWEST = (
     "test_tape_fit",
     "test_api",
     "test_anthropometry",
+    "test_limits",
+    "test_replicas",
     "test_paper_report",
     "test_comparisons",
     "test_tape_pictures",
@@ -137,6 +141,20 @@ def shopper(client):
     """A client whose form is filled in."""
     client.send(**WOMAN)
     return client
+
+
+@pytest.fixture
+def no_pyrender():
+    """Nothing can be drawn: what draws broke, and is not found again. Its `undo` mends that."""
+
+    def fail(_):
+        raise RuntimeError("broken")
+
+    with pytest.MonkeyPatch.context() as hidden:
+        hidden.setitem(sys.modules, "pyrender", None)
+        with pytest.raises(studio.RenderingUnavailable):
+            studio._in_studio(fail)
+        yield hidden
 
 
 @pytest.fixture(scope="session")

@@ -13,7 +13,7 @@ from PIL import Image
 
 from model.anthropometry import TAKEN, ImpossibleBodyError
 from model.measurements import BODY_KINDS, MEASUREMENTS
-from model.rendering import RenderingUnavailable
+from model.studio import RenderingUnavailable
 from webapp import avatars
 from webapp.forms import FITS
 

@@ -9,7 +9,6 @@ from PIL import Image
 
 from model.anthropometry import ImpossibleBodyError
 from model.measurements import MEASUREMENTS
-from model.rendering import RenderingUnavailable
 from webapp import avatars
 
 
@@ -156,28 +155,22 @@ def test_what_shows_a_person_is_never_stored(shopper, path):
     assert shopper.get(path).headers["Cache-Control"] == "no-store"
 
 
-def unavailable(*args, **kwargs):
-    raise RenderingUnavailable("no OSMesa")
-
-
-def test_a_server_that_cannot_draw_says_so_and_serves_the_rest(shopper, monkeypatch):
-    monkeypatch.setattr(avatars, "render_png", unavailable)
-    avatars.draw_once.cache_clear()
+def test_a_server_that_cannot_draw_says_so_and_serves_the_rest(shopper, no_pyrender):
     assert shopper.get("/avatar").status_code == 200
     assert "cannot draw pictures" in text(shopper.page)
     assert list(shopper.page.iter("img")) == []
     assert shopper.get("/avatar.glb").status_code == 200
-    assert shopper.get("/avatar/front.png").status_code == 503
+    answer = shopper.get("/avatar/front.png")
+    assert answer.status_code == 503
+    assert "Retry-After" not in answer.headers
 
 
-def test_a_server_that_can_draw_again_does_so_and_tries_no_more(shopper, monkeypatch):
-    drawn = []
-    avatars.draw_once.cache_clear()
-    with monkeypatch.context() as broken:
-        broken.setattr(avatars, "render_png", unavailable)
-        shopper.get("/avatar")
-        assert list(shopper.page.iter("img")) == []
-    monkeypatch.setattr(avatars, "render_png", lambda *args, **options: drawn.append(options))
+def test_a_server_that_can_draw_again_does_so_and_tries_no_more(shopper, no_pyrender, monkeypatch):
+    shopper.get("/avatar")
+    assert list(shopper.page.iter("img")) == []
+    no_pyrender.undo()
+    drawn, draw = [], avatars.render_png
+    monkeypatch.setattr(avatars, "render_png", lambda *a, **k: drawn.append(draw(*a, **k)))
     for _ in range(2):
         shopper.get("/avatar")
         assert len(list(shopper.page.iter("img"))) == 3

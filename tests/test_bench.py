@@ -12,7 +12,9 @@ from model.template_mesh import load_template_mesh
 
 
 def test_the_bench_prints_its_table(capsys):
-    main(["--rounds", "1", "--warm-up", "0", "--bodies", "2", "--processes", "1"])
+    main(
+        ["--rounds", "1", "--warm-up", "0", "--bodies", "2", "--processes", "1", "--requests", "0"]
+    )
     printed = capsys.readouterr().out
     assert "cores" in printed
     assert f"{len(GIRTHS)} of them girths" in printed

@@ -1,12 +1,18 @@
 """What drives the real server reckons rightly; how fast that is, no test says."""
 
 import io
+import mmap
+import os
 from collections import Counter
+from pathlib import Path
 
 import pytest
 from werkzeug.formparser import parse_form_data
 
 from bench.load import MIX, Load, comparison
+from bench.serving import memory_of
+
+MEGABYTE = 2**20
 
 
 def test_only_what_was_answered_counts():
@@ -32,3 +38,23 @@ def test_the_comparison_is_sent_in_parts_that_a_server_reads():
 
 def test_the_mix_asks_for_everything():
     assert Counter(MIX) == {"page": 3, "avatar": 3, "GLB": 2, "picture": 1, "comparison": 1}
+
+
+@pytest.mark.skipif(not Path("/proc/self/smaps_rollup").exists(), reason="Linux tells it")
+def test_what_a_forked_process_has_of_its_parent_is_shared():
+    held = mmap.mmap(-1, 64 * MEGABYTE, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
+    held[::4096] = bytes(len(held) // 4096)
+    heard, said = os.pipe()
+    child = os.fork()
+    if child == 0:
+        os.read(heard, 1)
+        os._exit(0)
+    try:
+        before = memory_of(child)
+        assert before.shared >= 64 * MEGABYTE
+        assert 32 * MEGABYTE <= before.proportional < before.resident
+        held[::4096] = bytes(len(held) // 4096)  # Written to, pages are each process's own.
+        assert before.shared - memory_of(child).shared >= 64 * MEGABYTE
+    finally:
+        os.write(said, b".")
+        os.waitpid(child, 0)

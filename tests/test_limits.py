@@ -1,13 +1,11 @@
 """Limits on requests against a real Redis server, which two processes of the real site share."""
 
-import os
 import shutil
 import signal
 import subprocess
 import time
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 
 import pytest
 from redis import Redis, RedisError
@@ -75,19 +73,6 @@ def until(holds, words, seconds=60):
         time.sleep(0.1)
 
 
-@contextmanager
-def only(worker, site):
-    """One process of the site answers; the others sleep."""
-    others = [other for other in site.workers() if other != worker]
-    try:
-        for other in others:
-            os.kill(other, signal.SIGSTOP)
-        yield
-    finally:
-        for other in others:
-            os.kill(other, signal.SIGCONT)
-
-
 def ask_often(site, times, at_once=1):
     """How many requests for a page were answered with which status."""
     with ThreadPoolExecutor(at_once) as pool:
@@ -97,9 +82,9 @@ def ask_often(site, times, at_once=1):
 def test_two_processes_share_one_limit(site, store):
     store[1].flushall()
     one, other = site.workers()
-    with only(one, site):
+    with site.alone(one):
         assert ask_often(site, LIMIT - 2) == {200: LIMIT - 2}
-    with only(other, site):
+    with site.alone(other):
         assert ask_often(site, 4) == {200: 2, 429: 2}
         assert b'"limits":"ok"' in ask(site.port, "GET", "/readyz").body
 

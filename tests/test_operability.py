@@ -13,6 +13,9 @@ from itsdangerous import TimestampSigner
 from prometheus_client import REGISTRY
 from werkzeug.test import Client
 
+from bench.load import comparison
+from model import studio
+from model.studio import RenderingTimedOut
 from webapp import logs, metrics, server
 from webapp.overload import Gate, Overloaded
 from webapp.settings import VARIABLES, environment
@@ -93,6 +96,30 @@ def test_a_server_that_can_serve_is_ready(client):
     assert answer.json["checks"]["limits"] == "off"
 
 
+def test_readiness_tells_of_the_last_picture(client, no_pyrender):
+    assert client.get("/readyz").json["checks"]["pictures"] == "missing"
+    assert client.get("/readyz").status_code == 200
+    no_pyrender.undo()
+    assert client.get("/readyz").json["checks"]["pictures"] == "ok"
+
+
+def test_a_picture_that_hangs_is_a_503_that_says_when_to_come_again(make_site):
+    client = make_site().test_client()
+    end = threading.Event()
+    with pytest.raises(RenderingTimedOut):
+        studio._in_studio(lambda _: end.wait(60), patience=0.1)
+    try:
+        answer = client.post("/api/v1/avatars/front.png", json=WOMAN)
+        assert (answer.status_code, answer.headers["Retry-After"]) == (503, "2")
+        assert client.get("/readyz").json["checks"]["pictures"] == "missing"
+        assert client.post("/api/v1/avatars", json=WOMAN).status_code == 200
+    finally:
+        end.set()
+    while studio.hangs():
+        time.sleep(0.001)
+    assert client.get("/readyz").json["checks"]["pictures"] == "ok"
+
+
 def test_a_server_whose_store_of_limits_is_gone_still_serves_and_says_so(make_site):
     site = make_site(
         RATELIMIT_ENABLED=True,
@@ -156,6 +183,25 @@ def test_some_wait_and_no_more_than_some():
     second.join()
     assert through.is_set()
     gate.enter()
+
+
+@pytest.mark.parametrize("kind", ["application/json", "multipart/form-data; boundary=part"])
+def test_what_is_sent_is_read_before_there_is_a_turn(make_site, kind):
+    site = make_site(WORK_AT_ONCE=1, WORK_WAITING=0)
+    gate, full = site.extensions["gate"], []
+
+    class Slow(io.BytesIO):
+        def read(self, size=-1):
+            full.append(gate.is_full)
+            return super().read(size)
+
+    sent = comparison(b"no picture") if kind.startswith("multi") else json.dumps(WOMAN).encode()
+    path = "/api/v1/comparisons" if kind.startswith("multi") else "/api/v1/avatars"
+    answer = site.test_client().post(
+        path, input_stream=Slow(sent), content_length=len(sent), content_type=kind
+    )
+    assert answer.status_code in (200, 415)
+    assert set(full) == {False}
 
 
 def test_nobody_waits_for_ever():
@@ -300,6 +346,23 @@ def test_the_folder_of_the_metrics_is_made_once_by_a_server(monkeypatch, tmp_pat
 
 
 # ---------------------------------------------------------------- clocks
+
+
+@pytest.mark.parametrize("hours", [-1, 1])
+def test_a_jump_of_the_clock_is_nothing_where_no_limit_is(client, monkeypatch, hours):
+    client.get("/")
+    now = time.time
+    monkeypatch.setattr(time, "time", lambda: now() + hours * 3600)
+    assert client.get("/").status_code == 200
+
+
+@pytest.mark.parametrize("hours", [-1, 1])
+def test_a_jump_of_the_clock_turns_nobody_away_for_longer(make_site, monkeypatch, hours):
+    client = make_site(RATELIMIT_ENABLED=True, RATELIMIT_DEFAULT="2 per minute").test_client()
+    assert [client.get("/").status_code for _ in range(3)] == [200, 200, 429]
+    now = time.time
+    monkeypatch.setattr(time, "time", lambda: now() + hours * 3600)
+    assert [client.get("/").status_code for _ in range(3)] == [200, 200, 429]
 
 
 @pytest.mark.parametrize(

@@ -1,32 +1,35 @@
 """The pictures against the camera's own arithmetic, and the one thread against many."""
 
 import io
+import logging
 import os
 import subprocess
 import sys
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from types import MappingProxyType
+from types import MappingProxyType, SimpleNamespace
 
 import numpy as np
 import pytest
 import trimesh
 from PIL import Image
 
-from model import rendering
+from model import studio
 from model.appearance import dress
 from model.cameras import MARGIN, Camera, project
 from model.rendering import (
     BACKDROP,
     FINENESS,
     Painted,
-    RenderingUnavailable,
     in_underwear,
     photograph,
     render_png,
 )
+from model.studio import RenderingTimedOut, RenderingUnavailable
 from model.template_mesh import Body, Landmark, TemplateMesh, load_template_mesh
+from webapp import server
 
 ROOT = Path(__file__).parents[1]
 CAMERAS = [Camera(), Camera(1.0, 0.0), Camera(1.0, 3.0), Camera(10.0, 1.6), Camera(2.0, 1.2)]
@@ -205,27 +208,83 @@ def test_pictures_leave_no_memory_behind(body):
 def test_a_studio_that_broke_is_replaced(body):
     """As after a driver's failure: the next picture is the one that was drawn before."""
 
-    def smash(studio):
-        studio._renderer.delete()
-        studio._renderer = None
+    def smash(opened):
+        opened._renderer.delete()
+        opened._renderer = None
 
-    rendering._in_studio(smash)
+    studio._in_studio(smash)
     first = render_png(body, "front", size=(150, 300))
-    rendering._in_studio(smash)
+    studio._in_studio(smash)
     assert render_png(body, "front", size=(150, 300)) == first
 
 
 def test_drawing_that_always_fails_is_told_as_such():
-    def fail(studio):
+    def fail(_):
         raise RuntimeError("no memory")
 
     with pytest.raises(RenderingUnavailable, match="failed twice: RuntimeError"):
-        rendering._in_studio(fail)
+        studio._in_studio(fail)
+    assert "no memory" in studio.failure()
+    studio._in_studio(lambda _: None)
+    assert studio.failure() == ""
+
+
+@pytest.fixture
+def stuck():
+    """Something hangs in the thread that draws, until this is set."""
+    end = threading.Event()
+    with pytest.raises(RenderingTimedOut, match=r"within 0\.1 seconds"):
+        studio._in_studio(lambda _: end.wait(60), patience=0.1)
+    yield end
+    end.set()
+    while studio.hangs():
+        time.sleep(0.001)
+
+
+def test_what_hangs_is_not_waited_for(body, stuck):
+    assert studio.hangs()
+    assert studio.failure() != ""
+    with pytest.raises(RenderingTimedOut, match="earlier picture"):
+        render_png(body, "front", size=(60, 120))
+
+
+def test_what_only_was_slow_is_forgiven(body, stuck):
+    stuck.set()
+    while studio.hangs():
+        time.sleep(0.001)
+    assert len(render_png(body, "front", size=(60, 120))) > 100
+    assert studio.failure() == ""
+
+
+def test_who_waits_for_too_long_behind_others_does_not_count_as_hanging():
+    begun, end = threading.Event(), threading.Event()
+    with ThreadPoolExecutor(1) as other:
+        first = other.submit(studio._in_studio, lambda _: (begun.set(), end.wait(60)))
+        begun.wait(60)
+        with pytest.raises(RenderingTimedOut):
+            studio._in_studio(lambda _: None, patience=0.1)
+        assert not studio.hangs()
+        end.set()
+        first.result()
+    assert studio.failure() == ""
+
+
+def test_a_process_whose_drawing_hangs_is_let_go(stuck):
+    worker = SimpleNamespace(alive=True, log=logging.getLogger("gunicorn.error"))
+    server.post_request(worker, None, {}, None)
+    assert not worker.alive
+
+
+def test_a_process_that_draws_stays():
+    worker = SimpleNamespace(alive=True, log=logging.getLogger("gunicorn.error"))
+    server.post_request(worker, None, {}, None)
+    server.worker_exit(None, worker)
+    assert worker.alive
 
 
 def test_all_is_drawn_in_one_thread():
     def drawing_thread(_):
-        return rendering._in_studio(lambda studio: threading.current_thread().name)
+        return studio._in_studio(lambda _: threading.current_thread().name)
 
     with ThreadPoolExecutor(4) as threads:
         assert len(set(threads.map(drawing_thread, range(8)))) == 1
@@ -293,7 +352,8 @@ def run(code):
 
 BODY = """
 import os, sys
-from model.rendering import RenderingUnavailable, render_png
+from model.rendering import render_png
+from model.studio import RenderingUnavailable
 from model.template_mesh import Body, load_template_mesh
 template = load_template_mesh()
 body = Body(template, template.vertices, "male")

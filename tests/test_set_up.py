@@ -39,7 +39,13 @@ def put(folder, name, text):
 
 
 @pytest.mark.parametrize(
-    ("thing", "package"), [("python", "python3"), ("node", "nodejs"), ("chromium", "chromium")]
+    ("thing", "package"),
+    [
+        ("python", "python3"),
+        ("node", "nodejs"),
+        ("chromium", "chromium"),
+        ("redis", "redis-server"),
+    ],
 )
 def test_what_is_missing_is_named_with_its_package(bare, thing, package):
     answer = require(bare, thing)

@@ -1,18 +1,15 @@
 """The Fitting Room's site: reads requests, calls the model, writes responses."""
 
 import contextlib
-import hmac
 import io
-import ipaddress
 import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
-from flask import Flask, current_app, render_template, request
+from flask import Flask, render_template, request
 from flask.json.provider import DefaultJSONProvider
-from flask_limiter import Limiter, RateLimitExceeded
-from flask_limiter.util import get_remote_address
+from flask_limiter import RateLimitExceeded
 from flask_wtf import CSRFProtect
 from werkzeug.exceptions import (
     BadHost,
@@ -24,8 +21,12 @@ from werkzeug.exceptions import (
 from werkzeug.middleware.proxy_fix import ProxyFix
 from werkzeug.wrappers import Response
 
-from model.estimators import load_estimators
-from model.rendering import RenderingUnavailable
+from model.checksums import check_sums
+from model.estimators import Estimator, load_estimators
+from model.measurements import BodyKind
+from model.rig import rig_of
+from model.studio import RenderingTimedOut, RenderingUnavailable
+from model.template_mesh import DATA
 from webapp import (
     api,
     avatars,
@@ -33,6 +34,7 @@ from webapp import (
     delivery,
     health,
     language,
+    limiting,
     logs,
     metrics,
     mirror,
@@ -123,13 +125,12 @@ def create_app(settings: Mapping[str, Any] | None = None) -> Flask:
     logs.set_up(app)
     metrics.set_up(app)
 
-    app.extensions["estimators"] = load_estimators(Path(app.config["FITTING_ROOM_DATA"]))
+    app.extensions["estimators"] = load(Path(app.config["FITTING_ROOM_DATA"]))
     app.request_class = comparisons.InMemory
     app.before_request(comparisons.make_room)  # Before the token of a form is looked for.
     csrf = CSRFProtect(app)
     csrf.exempt(api.bp)
-    limiter = Limiter(sender, app=app)
-    limiter.exempt(health.bp)
+    limiting.set_up(app)
     overload.set_up(app)
     for blueprint in (
         health.bp,
@@ -153,17 +154,20 @@ def create_app(settings: Mapping[str, Any] | None = None) -> Flask:
     return app
 
 
-def sender() -> str:
-    """Whom a request is counted for: a network address that cannot be read from what is kept.
+def load(folder: Path) -> Mapping[BodyKind, Estimator]:
+    """All that bodies are made of, whole or not at all: before a server's processes part, so that
+    they share it.
 
-    Of IPv6, which gives everyone a network of their own, the network.
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        If a file is missing or damaged; the message names it.
     """
-    address = get_remote_address()
-    with contextlib.suppress(ValueError):
-        if ipaddress.ip_address(address).version == 6:
-            address = str(ipaddress.ip_network(f"{address}/64", strict=False))
-    key = current_app.config["SECRET_KEY"].encode()
-    return hmac.digest(key, address.encode(), "sha256").hex()[:16]
+    estimators = load_estimators(folder)
+    if folder != DATA:
+        check_sums(DATA)  # A body on the shipped mesh has the shipped rig.
+    rig_of(estimators["neutral"].template)
+    return estimators
 
 
 def failed(error: HTTPException) -> Response:
@@ -188,7 +192,9 @@ def too_many(error: RateLimitExceeded) -> Response:
 
 def no_picture(error: RenderingUnavailable) -> Response:
     """What is asked for needs a picture, and this machine cannot draw."""
-    return failed(ServiceUnavailable(f"Pictures cannot be drawn on this server: {error}"))
+    again = overload.COME_AGAIN if isinstance(error, RenderingTimedOut) else None
+    words = f"Pictures cannot be drawn on this server: {error}"
+    return failed(ServiceUnavailable(words, retry_after=again))
 
 
 def careful_reading(wsgi_app: "WSGIApplication") -> "WSGIApplication":

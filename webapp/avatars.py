@@ -1,6 +1,5 @@
 """The avatar: its page, its file and its pictures, from the measurements in the session."""
 
-import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -20,6 +19,7 @@ from flask import (
 from flask_babel import lazy_gettext as _l
 from werkzeug.wrappers import Response as AnyResponse
 
+from model import studio
 from model.anthropometry import ImpossibleBodyError, Measured, measure
 from model.cameras import Side
 from model.estimators import Estimator
@@ -27,8 +27,9 @@ from model.gltf import to_glb
 from model.law import TAPE_NOISE
 from model.measurements import MEASUREMENTS, BodyKind, MeasurementSet
 from model.morph_targets import morph_targets
-from model.rendering import RenderingUnavailable, render_png, render_webp
+from model.rendering import render_png, render_webp
 from model.rig import rig_of
+from model.studio import RenderingUnavailable
 from model.tape_fit import fit_to_tape
 from model.template_mesh import Body
 from webapp import metrics, refined, table_words, units
@@ -223,25 +224,18 @@ def picture(avatar: Avatar, side: Side) -> Response:
     return Response(png, mimetype="image/png")
 
 
-@functools.cache
-def draw_once() -> None:
-    """Draw a small picture, unless one was drawn before: this warms up too.
+def why_no_pictures() -> str:
+    """Why this machine cannot draw pictures; "" if the last one that was asked for was drawn.
 
-    Raises
-    ------
-    RenderingUnavailable
-        As often as it is asked, until a picture succeeds.
+    Before the first one, and after one that failed, a small one is tried; this warms up too.
     """
+    if studio.failure() == "":
+        return ""
     neutral = estimators()["neutral"]
     low, high = neutral.limits["stature"]
     body = neutral.estimate(MeasurementSet({"stature": (low + high) / 2}))
-    render_png(body, "front", size=(60, 120))
-
-
-def why_no_pictures() -> str:
-    """Why this machine cannot draw pictures; "" if it can."""
     try:
-        draw_once()
+        render_png(body, "front", size=(60, 120))
     except RenderingUnavailable as problem:
         current_app.logger.warning("no pictures: %s", problem)
         return str(problem)

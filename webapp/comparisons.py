@@ -33,7 +33,8 @@ from model.comparison_pictures import difference, filled, overlay, projection
 from model.masks import MOST_BYTES, Mask, PictureRefusedError, read_mask
 from model.measurements import MEASUREMENTS
 from model.refinement import Photo, Refined, refine
-from model.rendering import RenderingUnavailable, render_png
+from model.rendering import render_png
+from model.studio import RenderingUnavailable
 from webapp import refined, units
 from webapp.avatars import Avatar, avatar_of, make_avatar, shown_request
 from webapp.comparison_words import REASONS, TITLES, WORDS, reasons_at

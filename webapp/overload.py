@@ -83,8 +83,11 @@ def set_up(app: Flask) -> None:
     def enter() -> None:
         if not _is_work():
             return
+        # Who sends slowly waits outside: there is no turn before all is read, a form's parts too.
         if request.is_json:
-            request.get_data()  # Who sends slowly waits outside.
+            request.get_data()
+        elif request.mimetype == "multipart/form-data":
+            request.form  # noqa: B018 - reading it is what counts
         start = time.perf_counter()
         try:
             gate.enter()

@@ -85,12 +85,40 @@ def share_metrics() -> None:
         os.environ[OWNER] = str(os.getpid())
 
 
+def when_ready(server: "Arbiter") -> None:
+    """The process that loaded the site serves nobody, and tells nothing of itself."""
+    _forget_present(server.pid)
+
+
 def child_exit(server: "Arbiter", worker: "Worker") -> None:  # noqa: ARG001 - gunicorn's
     """Forget what a process that ended says of the present."""
+    _forget_present(worker.pid)
+
+
+def _forget_present(process: int) -> None:
     if "PROMETHEUS_MULTIPROC_DIR" in os.environ:
         from prometheus_client import multiprocess
 
-        multiprocess.mark_process_dead(worker.pid)  # type: ignore[no-untyped-call]
+        multiprocess.mark_process_dead(process)  # type: ignore[no-untyped-call]
+
+
+def post_request(worker: "Worker", _request: object, _environ: object, _response: object) -> None:
+    """Let a process end whose drawing hangs, once it has answered what it can: another one takes
+    its place. No thread can be stopped from outside.
+    """
+    from model import studio
+
+    if studio.hangs() and worker.alive:
+        worker.log.error("drawing hangs: this process ends")
+        worker.alive = False
+
+
+def worker_exit(server: "Arbiter", worker: "Worker") -> None:  # noqa: ARG001 - gunicorn's
+    """Do not wait for a thread that hangs, as Python would."""
+    from model import studio
+
+    if studio.hangs():
+        os._exit(1)
 
 
 def keep_few_heaps() -> None:

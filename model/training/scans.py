@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.estimators import load_estimators
-from model.rendering import RenderingUnavailable
+from model.studio import RenderingUnavailable
 from model.template_mesh import TemplateMesh
 from model.training.mesh_repair import UnrepairableMeshError, repair
 from model.training.scans_anatomy import (

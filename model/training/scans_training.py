@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from model.anthropometry import TAKEN, TAPES, measure_batch
+from model.checksums import write_sums
 from model.estimators import Estimator, LinearBodyEstimator
 from model.geodesics import save_strips
 from model.geometry import Booleans, Floats, edges_of
@@ -241,13 +242,16 @@ def train_kind(
 
 
 def write_estimators(folder: Path, **learned: Any) -> None:
-    """Trains and writes one estimator for each kind of body; arguments as of `train_kind`."""
+    """Trains and writes one estimator for each kind of body, and the checksums of all that a site
+    loads; arguments as of `train_kind`.
+    """
     (folder / "estimators").mkdir(exist_ok=True)
     for kind in BODY_KINDS:
         estimator = train_kind(kind, folder=folder, **learned)
         path = folder / "estimators" / f"{kind}.npz"
         estimator.save(path)
         print(f"{path}: {estimator.linear.count_} scans")
+    write_sums(folder)
 
 
 def write_template(template: TemplateMesh, folder: Path) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from model.anthropometry import TAKEN, TAPES, measure_batch
+from model.checksums import write_sums
 from model.estimators import Estimator, LinearBodyEstimator
 from model.geodesics import save_strips
 from model.geometry import Floats
@@ -124,14 +125,18 @@ def reach_of(values: Floats, seed: int = 0) -> float:
     return max(1.0, float(np.quantile(shares, USUAL)))
 
 
-def train(folder: Path = DATA / "estimators") -> None:
-    """Finds the strips of geodesics, measures the population, and writes the estimators."""
+def train() -> None:
+    """Finds the strips of geodesics, measures the population, and writes the estimators; last, the
+    checksums of all that a site loads.
+    """
     population = load_population()
     write_strips(population)
     values = measure_population(population)
+    folder = DATA / "estimators"
     folder.mkdir(exist_ok=True)
     for kind in BODY_KINDS:
         estimator = train_estimator(kind, population, values)
         path = folder / f"{kind}.npz"
         estimator.save(path)
         print(f"{path.name}: {estimator.linear.count_} bodies, {path.stat().st_size} bytes")
+    write_sums(DATA)

@@ -1,0 +1,139 @@
+"""Two servers behind Debian's nginx with the configuration of deploy/, and two processes of one."""
+
+import os
+import re
+import signal
+import socket
+import threading
+import time
+from contextlib import contextmanager
+
+import pytest
+
+from bench.load import WOMAN
+from bench.serving import Server, Shopper, ask, free_port, nginx, nginx_program
+from faults import TYPED, asked, entered
+
+SLOTS = 12
+"""Requests that a process lets reckon or wait: WORK_AT_ONCE and WORK_WAITING, of 16 threads."""
+
+needs_nginx = pytest.mark.skipif(
+    nginx_program() is None, reason="nginx is missing: scripts/require.sh nginx brings it"
+)
+
+
+@pytest.fixture(scope="module")
+def replicas():
+    """Two servers of one key; the first has two processes, and metrics."""
+    both = {"SECRET_KEY": "one key for both of them", "TRUSTED_PROXIES": "1"}
+    metrics = free_port()
+    first = {**both, "METRICS_BIND": f"127.0.0.1:{metrics}", "WEB_CONCURRENCY": "2"}
+    with Server(first) as one, Server({**both, "WEB_CONCURRENCY": "1"}) as other:
+        one.metrics = metrics
+        yield one, other
+
+
+@pytest.fixture
+def balanced(replicas):
+    """The port of nginx, which takes them in turn."""
+    with nginx(tuple(server.port for server in replicas)) as port:
+        yield port
+
+
+@needs_nginx
+def test_a_wizards_steps_may_each_be_answered_by_another_server(balanced, replicas):
+    shopper = Shopper(balanced)
+    assert entered(shopper.measure("female", TYPED)) == list(TYPED.values())
+    shown = asked(shopper.get("/avatar"))
+    assert {name: float(value) for name, value in shown.items()} == {
+        name: float(value) for name, value in TYPED.items()
+    }
+    addresses = {f"127.0.0.1:{server.port}" for server in replicas}
+    for method in ("GET", "POST"):
+        assert {by for how, by in shopper.answered_by if how == method} == addresses
+
+
+# ---------------------------------------------------------------- who sends slowly
+
+
+@contextmanager
+def slow_senders(port, count):
+    """Some who send outlines of theirs, byte by byte, and never come to an end."""
+    begun = (
+        b"POST /api/v1/comparisons HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100000\r\n"
+        b"Content-Type: multipart/form-data; boundary=part\r\n\r\n--part\r\n"
+    )
+    senders = [socket.create_connection(("127.0.0.1", port)) for _ in range(count)]
+    stop = threading.Event()
+
+    def send():
+        while not stop.wait(0.5):
+            for sender in senders:
+                sender.sendall(b"-")
+
+    sending = threading.Thread(target=send)
+    try:
+        for sender in senders:
+            sender.sendall(begun)
+        sending.start()
+        time.sleep(1)  # Until all are taken up: were one not, the test would only be kinder.
+        yield
+    finally:
+        stop.set()
+        sending.join()
+        for sender in senders:
+            sender.close()
+
+
+def test_who_sends_slowly_takes_no_turn_from_others(replicas):
+    with slow_senders(replicas[1].port, SLOTS + 1):
+        assert ask(replicas[1].port, "POST", "/api/v1/avatars", WOMAN).status == 200
+
+
+@needs_nginx
+def test_behind_nginx_who_sends_slowly_takes_no_thread_either(balanced):
+    with slow_senders(balanced, 100):
+        for _ in range(4):
+            assert ask(balanced, "GET", "/numbers").status == 200
+            assert ask(balanced, "POST", "/api/v1/avatars", WOMAN).status == 200
+
+
+# ---------------------------------------------------------------- metrics of two processes
+
+
+def metrics_of(server):
+    """What the server tells: each sample's name and labels, and its value."""
+    text = ask(server.metrics, "GET", "/metrics").body.decode()
+    return {name: float(value) for name, value in re.findall(r"^(fitting\S+) (\S+)$", text, re.M)}
+
+
+def pages(server):
+    name = 'fitting_room_requests_total{endpoint="wizard.form",method="GET",status="200"}'
+    return metrics_of(server).get(name, 0)
+
+
+def living(server):
+    resident = "fitting_room_worker_resident_bytes"
+    told = [name for name in metrics_of(server) if name.startswith(resident)]
+    return {int(re.search(r'pid="(\d+)"', name)[1]) for name in told}
+
+
+def test_two_processes_tell_their_numbers_together(replicas):
+    server = replicas[0]
+    first, second = server.workers()
+    before = pages(server)
+    for worker, times in ((first, 2), (second, 3)):
+        with server.alone(worker):
+            for _ in range(times):
+                assert ask(server.port, "GET", "/numbers").status == 200
+    for worker in (first, second):
+        with server.alone(worker):
+            assert pages(server) == before + 5
+    assert living(server) == {first, second}
+    # What a process counted stays when it has ended; what it holds does not.
+    os.kill(first, signal.SIGKILL)
+    end = time.monotonic() + 60
+    while first in living(server):
+        assert time.monotonic() < end
+        time.sleep(0.05)
+    assert pages(server) == before + 5
