@@ -17,7 +17,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import block_diag, qr
+from scipy.linalg import block_diag, qr, solve_triangular
+from scipy.optimize import nnls
 
 from model.anthropometry import TAPES
 from model.cameras import Camera, Facing, Side, seen
@@ -53,7 +54,8 @@ OUTLIER = 3.0
 """An edge that is off by this many times the noise counts half (Cauchy's weights)."""
 
 ROUNDS = 2
-"""Each lays the photos over the newest body. A third would move it by half a millimetre."""
+"""Each lays the photos over the newest body. A third would move it by half a millimetre on average,
+and by two in trousers that stand off by three centimetres."""
 
 REWEIGHTINGS = 4
 
@@ -270,11 +272,16 @@ def _without_less_than_nothing(
     precision: Floats, pull: Floats, cloth: slice
 ) -> tuple[Floats, Booleans]:
     """The solution in which no cloth is below zero, and which unknowns are not held there."""
-    kept = np.ones(len(pull), dtype=bool)
-    while True:
-        found = np.zeros(len(pull))
-        found[kept] = np.linalg.solve(precision[np.ix_(kept, kept)], pull[kept])
-        below = found[cloth] < 0
-        if not below.any():
-            return found, kept
-        kept[cloth] &= ~below
+    others = np.ones(len(pull), dtype=bool)
+    others[cloth] = False
+    # With the others at their best for any cloth, what is left is a small problem of cloth alone.
+    across = precision[others, cloth]
+    best = np.linalg.solve(
+        precision[np.ix_(others, others)], np.column_stack([across, pull[others]])
+    )
+    root = np.linalg.cholesky(precision[cloth, cloth] - across.T @ best[:, :-1]).T
+    goal = solve_triangular(root, pull[cloth] - across.T @ best[:, -1], trans=1)
+    found = np.empty(len(pull))
+    found[cloth], _ = nnls(root, goal)
+    found[others] = best[:, -1] - best[:, :-1] @ found[cloth]
+    return found, others | (found > 0)

@@ -62,7 +62,16 @@ def test_the_body_comes_nearer_and_entered_values_stay(row):
 
 
 SKIRT = (0.3, 0.62)
-GIRTHS = ("underbust_girth", "waist_girth", "abdomen_girth", "thigh_girth", "calf_girth")
+GIRTHS = (
+    "underbust_girth",
+    "waist_girth",
+    "abdomen_girth",
+    "thigh_girth",
+    "mid_thigh_girth",
+    "knee_girth",
+    "calf_girth",
+    "ankle_girth",
+)
 
 
 @pytest.mark.parametrize("row", [3, 300])
@@ -77,8 +86,8 @@ def test_clothes_are_not_taken_for_body(row, cloth, worn):
     true, before, after = measure_batch(
         body.template, np.stack([one.vertices for one in bodies]), GIRTHS
     )
-    # Of what cloth adds to a girth, three tenths at most become body.
-    assert (after - np.maximum(true, before)).max() < 0.3 * 2 * np.pi * cloth
+    # Of what cloth adds to a girth, four tenths at most become body: that at mid thigh.
+    assert (after - np.maximum(true, before)).max() < 0.4 * 2 * np.pi * cloth
     apart = [
         np.linalg.norm(one.vertices - body.vertices, axis=1)[judged(body)].mean()
         for one in bodies[1:]
@@ -89,8 +98,28 @@ def test_clothes_are_not_taken_for_body(row, cloth, worn):
     without = (worn[0] - 0.06 > CLOTH_LEVELS) | (worn[1] + 0.06 < CLOTH_LEVELS)
     assert refined.cloth[within].mean() == pytest.approx(cloth, rel=0.4)
     assert refined.cloth.min() == 0
-    assert (refined.cloth[without] < 0.6 * cloth).all()
+    assert (refined.cloth[without] < 0.015).all()
     assert refined.cloth_at(CLOTH_LEVELS[4]) == refined.cloth[4]
+
+
+def test_no_cloth_is_below_zero_and_none_is_held_there_that_would_grow():
+    """The conditions of Karush, Kuhn and Tucker, on problems where several levels are at zero."""
+    random = np.random.default_rng(2)
+    held = 0
+    for _ in range(30):
+        spread = random.normal(size=(20, 12))
+        precision = spread.T @ spread + 0.1 * np.eye(12)
+        pull = random.normal(0, 3, 12)
+        cloth = slice(4, 10)
+        found, kept = refinement._without_less_than_nothing(precision, pull, cloth)
+        uphill = pull - precision @ found
+        assert found[cloth].min() >= 0
+        assert uphill[kept] == pytest.approx(0, abs=1e-9)
+        assert (uphill[~kept] <= 1e-9).all()
+        assert kept[:4].all()
+        assert kept[10:].all()
+        held += int((~kept).sum())
+    assert held > 20
 
 
 def test_the_bodys_own_outline_changes_next_to_nothing():
