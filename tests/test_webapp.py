@@ -273,6 +273,16 @@ def test_static_files_are_kept_for_a_year_by_their_fingerprint(client):
     assert "no-cache" in client.get("/static/css/site.css").headers["Cache-Control"]
 
 
+@pytest.mark.parametrize(
+    "path", ["/static/css/site.css?v=000000000000", "/static/build/nothing-ABCDEFGH.js"]
+)
+def test_what_another_version_has_is_not_kept_under_its_name(client, path):
+    """A page of a new version may ask a server of the old one while it is brought out."""
+    answer = client.get(path)
+    assert "immutable" not in answer.headers["Cache-Control"]
+    assert "max-age" not in answer.headers["Cache-Control"]
+
+
 def test_settings_go_before_the_environment(make_site):
     assert make_site().config["SECRET_KEY"] == SETTINGS["SECRET_KEY"]
 

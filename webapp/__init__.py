@@ -220,7 +220,7 @@ def hear_out(response: Response) -> Response:
 def add_headers(response: Response) -> Response:
     """Security for every response; only the site's own files may be kept."""
     secure(response)
-    if request.endpoint == "static":
+    if request.endpoint == "static" and response.status_code < 400:
         delivery.keep(response)
     else:
         response.cache_control.no_store = True

@@ -98,8 +98,14 @@ def fingerprint(file: Path, changed: int) -> str:  # noqa: ARG001 - what is kept
 
 
 def keep(response: Response) -> None:
-    """Let browsers keep a static file for as long as its address says what is in it."""
-    if "v" in request.args or PIECE.search(request.path):
+    """Let browsers keep a static file for as long as its address says what is in it.
+
+    While a new version is brought out, a page of it may ask a server of the old one: what that
+    one lacks, or has otherwise, must not be kept under the new name.
+    """
+    filename = (request.view_args or {}).get("filename", "")
+    given = request.args.get("v")
+    if PIECE.search(request.path) or (given and static_url(filename).endswith(f"v={given}")):
         response.cache_control.max_age = YEAR
         response.cache_control.public = True
         response.cache_control.immutable = True
