@@ -264,7 +264,8 @@ def _taut(flat: _Flat, firsts: Integers) -> tuple[Floats, Floats]:
     Of the gates that a straight thread would miss, it bends at the one that lies furthest beside
     it, on either side: there a way must go at least that far aside, and where it goes furthest
     it turns around the end of a gate. The same holds of each piece between two bends. (Of a strip
-    that turns back on itself, as on no body that looks like a person, a longer way may be found.)
+    that turns back on itself, as over skin that is rough by millimetres from vertex to vertex, a
+    longer way may be found.)
 
     Parameters
     ----------

@@ -65,12 +65,14 @@ GROUPS: Mapping[str, tuple[Any, tuple[str, ...]]] = {
 }  # fmt: skip
 """All measurements, as a person looks for them."""
 
-_TRUNK = frozenset(GROUPS["trunk"][1]) - {"neck_girth", "head_girth"}
+_ROUND_ELSEWHERE = frozenset({"neck_girth", "head_girth", "armscye_girth"})
+_TRUNK = frozenset(GROUPS["trunk"][1]) - _ROUND_ELSEWHERE
 
 WEAR: Mapping[str, Any] = {
     "trunk": _l("Over thin, close-fitting underwear or bare skin; no belt, empty pockets."),
     "bust": _l("On bare skin or over a thin bra without padding."),
     "skin": _l("On bare skin."),
+    "head": _l("No hat, the hair pressed flat beneath the tape."),
     "feet": _l("Without shoes and thick socks."),
     "light": _l("Without shoes, in light clothes."),
 }
@@ -81,6 +83,7 @@ TAPE: Mapping[str, Any] = {
         "added for comfort. Read it at the end of a quiet breath out."
     ),
     "limb": _l("Square to the limb, snug on the skin, not tight. Muscles are loose."),
+    "round": _l("Flat all the way round, snug and not tight."),
     "length": _l("Along the skin, flat, neither pulled nor slack."),
     "height": _l("Straight and upright, beside the body and not along it."),
 }
@@ -183,6 +186,8 @@ def wear(name: str, body: str = "") -> Any:
         return WEAR["skin" if body == "male" else "bust"]
     if name == "weight":
         return WEAR["light"]
+    if name == "head_girth":
+        return WEAR["head"]
     if MEASUREMENTS[name].kind == "height":
         return WEAR["feet"]
     if name in _TRUNK or name in ("rise_length", "glute_length", "front_lower_trunk_length"):
@@ -196,7 +201,9 @@ def tape(name: str) -> Any:
     if kind == "mass":
         return ""
     if kind == "girth":
-        return TAPE["trunk" if name in _TRUNK else "limb"]
+        if name in _TRUNK:
+            return TAPE["trunk"]
+        return TAPE["round" if name in _ROUND_ELSEWHERE else "limb"]
     return TAPE["height" if kind == "height" else "length"]
 
 

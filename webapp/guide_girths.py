@@ -73,7 +73,7 @@ GIRTHS: Mapping[str, Words] = {
         _l("The tape hangs down on the inside. Keep it square to the leg all the way round."),
     ),
     "mid_thigh_girth": Words(
-        _l("Around one thigh in its middle, about a hand's length above the kneecap."),
+        _l("Around one thigh below its middle, about a hand's breadth above the kneecap."),
         _l(
             "Taken near the seat it is the thigh, another measurement; taken at the knee it is "
             "too small."
@@ -111,7 +111,7 @@ GIRTHS: Mapping[str, Words] = {
         ),
     ),
     "upper_arm_girth": Words(
-        _l("Around one upper arm at its narrowest, between the armpit and the elbow."),
+        _l("Around one upper arm at its narrowest, a hand's breadth above the elbow."),
         _l("Tensed muscles make it larger. Let the arm hang."),
         _l(
             "Alone: lay the tape in a loop first, slip the arm through it, and close it with the "

@@ -142,7 +142,9 @@ single girth.
 - A **height** is a vertical distance.
 - **Which waist?** The paper takes the narrowest part of the torso, and so do we. ISO 8559-1 and
   ISO 7250-1 take the level midway between the lowest rib and the top of the hip bone, ANSUR II
-  takes the navel. These differ by centimetres.
+  takes the navel. These differ by centimetres. Lengths and heights that end at the waist end at its
+  landmark, which lies midway as the standard's does: a landmark stays with the skin, where the
+  narrowest place may lie some centimetres above it or below.
 - **Which inseam?** The paper measures from the groin to the *ankle*. From the groin to the *floor*,
   the inside leg height of ISO 8559-1, it is `inseam_height` and `foot_height` together.
 - **How well can it be taken?** Measurers of the ANSUR surveys were allowed to differ from one
