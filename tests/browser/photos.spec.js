@@ -407,8 +407,10 @@ test("the camera says what to do and takes the photo once the person stands well
   request,
   playwright,
   traffic,
+  complaints,
   baseURL,
 }, testInfo) => {
+  complaints.expect(CHATTER);
   // A camera that shows the composed photo, again and again: frames of a motion JPEG.
   const frame = await composed(page, request, { size: [480, 720] });
   photos.push(frame);
@@ -426,6 +428,7 @@ test("the camera says what to do and takes the photo once the person stands well
   });
   const context = await browser.newContext({ baseURL, viewport: { width: 400, height: 800 } });
   const phone = await context.newPage();
+  complaints.watch(phone);
   await phone.addInitScript(() => {
     window.spoken = [];
     speechSynthesis.speak = ({ text }) => window.spoken.push(text);
