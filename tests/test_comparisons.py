@@ -3,6 +3,8 @@
 import base64
 import io
 import json
+import re
+import tempfile
 
 import jsonschema
 import numpy as np
@@ -234,6 +236,21 @@ def file_of(array):
     return stream.getvalue()
 
 
+def test_no_picture_touches_the_disk(client, monkeypatch):
+    """Werkzeug by itself writes files of more than half a megabyte to a temporary one."""
+    stream = io.BytesIO()
+    whole = Image.open(io.BytesIO(outline(client, "front"))).convert("RGB")
+    whole.save(stream, "PNG", compress_level=0)
+    assert len(stream.getvalue()) > 2 * 2**20
+
+    def refuse(*args, **kwargs):
+        raise AssertionError("a temporary file")
+
+    for name in ("TemporaryFile", "NamedTemporaryFile", "mkstemp", "mkdtemp"):
+        monkeypatch.setattr(tempfile, name, refuse)
+    assert send(client, front=stream.getvalue()).json["front"]["iou"] > 0.985
+
+
 def test_too_much_at_once_is_refused(client):
     content = bytes(ROOM)
     assert send(client, front=content, profile=content).status_code == 413
@@ -333,9 +350,12 @@ def test_the_page_shows_before_and_after(shopper):
 def test_the_refined_body_is_taken_along_until_a_value_changes(shopper):
     person = {"body": "male", "measurements": {"stature": 178, "weight": 80, "waist_girth": 94}}
 
-    def waist():
+    def taken():
         numbers = shopper.get("/avatar.json").json["measurements"]
-        return next(row["taken"] for row in numbers if row["name"] == "waist_girth")
+        return {row["name"]: row["taken"] for row in numbers}
+
+    def waist():
+        return taken()["waist_girth"]
 
     alone = waist()
     changes = answered(shopper, front=outline(shopper, "front", person), refine="1").json
@@ -347,9 +367,11 @@ def test_the_refined_body_is_taken_along_until_a_value_changes(shopper):
     token = {"csrf_token": shopper.page.find(".//input[@name='csrf_token']").get("value")}
     forged = {"refined": changes["take"][:-2] + "xx"}
     assert shopper.post("/compare/body", data=token | forged).status_code == 400
-    taken = token | {"refined": changes["take"]}
-    assert shopper.post("/compare/body", data=taken).location == "/avatar"
+    ours = token | {"refined": changes["take"]}
+    assert shopper.post("/compare/body", data=ours).location == "/avatar"
     assert waist() == pytest.approx(after, abs=0.01)
+    for name in ("stature", "weight"):
+        assert taken()[name] == pytest.approx(float(TYPED[name]), abs=0.1), name
     shopper.get("/avatar")
     assert "The outline of your photo has a say" in text(shopper.page.find(".//main"))
     assert b"by the outline of a photo" in shopper.get("/avatar.glb").data
@@ -358,7 +380,7 @@ def test_the_refined_body_is_taken_along_until_a_value_changes(shopper):
     assert again["refinement"]["moved_cm"]["mean"] < 0.2 * changes["moved_cm"]["mean"]
     shopper.post("/compare/body", data=token | {"leave": "1"})
     assert waist() == alone
-    shopper.post("/compare/body", data=taken)
+    shopper.post("/compare/body", data=ours)
     shopper.send(**TYPED | {"weight": "81"})
     shopper.get("/avatar")
     assert "The outline of your photo" not in text(shopper.page.find(".//main"))
