@@ -162,12 +162,27 @@ def skirted(content, off):
     return file_of(np.where(person | wide & worn[:, None], 255, 0).astype(np.uint8))
 
 
+def test_clothes_are_told_where_no_view_shows_the_level(client):
+    """From the front the thigh's tape runs where legs touch."""
+    person = PERSON | {"measurements": PERSON["measurements"] | {"thigh_girth": 58}}
+    front = skirted(outline(client, "front", person), 0.03)
+    answer = send(client, person | {"refine": True}, front=front).json
+    for view in (answer["front"], answer["refinement"]["front"]):
+        assert "thigh_girth" not in {level["measurement"] for level in view["levels"]}
+    told = [row["measurement"] for row in answer["refinement"]["clothes"]]
+    assert told.index("hip_girth") < told.index("thigh_girth")
+
+
 @pytest.mark.parametrize(("waist", "why"), [(97, "clothes"), (79, "tape")])
 def test_each_level_has_its_usual_reasons(client, waist, why):
     other = PERSON | {"measurements": PERSON["measurements"] | {"waist_girth": waist}}
     for side in ("front", "profile"):
         view = send(client, **{side: outline(client, side, other)}).json[side]
+        assert "waist_girth" in {level["measurement"] for level in view["levels"]}
         for level in view["levels"]:
+            entered = level["measurement"] in PERSON["measurements"]
+            assert ("tape" in level["reasons"]) == (entered and bool(level["reasons"]))
+            assert ("estimate" in level["reasons"]) == (not entered and bool(level["reasons"]))
             apart = level["photo_cm"] - level["avatar_cm"]
             assert bool(level["reasons"]) == (abs(apart) >= 1), level
             # Clothes make nobody slimmer.
@@ -319,6 +334,22 @@ def test_without_a_script_the_page_shows_the_comparison(shopper):
     data = {"csrf_token": token, "front": (io.BytesIO(b"no"), "front.png")}
     assert shopper.post("/compare", data=data).status_code == 415
     assert "PNG or JPEG" in text(shopper.page.find(".//main"))
+
+
+def test_the_page_says_what_was_taken_for_clothes(shopper):
+    person = {"body": "male", "measurements": {"stature": 178, "weight": 80}}
+    plain = {side: outline(shopper, side, person) for side in ("front", "profile")}
+    skirts = {side: skirted(content, 0.03) for side, content in plain.items()}
+    shopper.get("/compare")
+    token = shopper.page.find(".//input[@name='csrf_token']").get("value")
+    for pictures, told in ((plain, False), (skirts, True)):
+        files = {side: (io.BytesIO(one), f"{side}.png") for side, one in pictures.items()}
+        shopper.post("/compare", data={"csrf_token": token, "refine": "1"} | files)
+        assert "before and after" in text(shopper.page.find(".//main"))
+        notice = shopper.page.find(".//p[@class='notice clothes']")
+        assert (notice is not None) == told
+    assert re.search(r"Hips [23]\.\d cm", text(notice))
+    assert "Calf" not in text(notice)
 
 
 def test_the_camera_is_told_in_the_shoppers_units(shopper):

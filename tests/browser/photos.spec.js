@@ -105,10 +105,14 @@ test("a photo becomes an outline and a comparison, and only the outline is sent"
   await expect(page.locator("#results")).toBeFocused();
   expect(await axe(page)).toEqual([]);
 
-  // What differs has its usual reasons beside it.
-  await expect(page.locator(".result tr[data-measurement=waist_girth] + .why").first()).toHaveText(
-    "Usual reasons: Clothes, Breath, The tape",
-  );
+  // What differs has its usual reasons beside it: the tape's where a girth was entered.
+  for (const [name, words] of [
+    ["waist_girth", "Usual reasons: Clothes, Breath, The tape"],
+    ["abdomen_girth", "Usual reasons: An estimate, Clothes, Breath"],
+  ]) {
+    const why = page.locator(`.result tr[data-measurement=${name}] + .why`);
+    await expect(why.first()).toHaveText(words);
+  }
 
   // Wanted, the same outlines refine the body, and the page shows what changed.
   await page.getByRole("button", { name: "Use my outline to refine the body" }).click();
