@@ -39,6 +39,10 @@ LEVELS: Mapping[Side, tuple[str, ...]] = {
 leg's is the mean of both, where they stand apart; the thigh's tape runs where they touch. From
 the side both legs are one; the farther foot stands behind the ankle."""
 
+EDGE_LEVELS = tuple(name for name in LEVELS["profile"] if name != "neck_girth")
+"""The girths at whose height `photo_edges` has edges: they begin below the neck and end above the
+ankles."""
+
 _SPACING = 8
 """Rows between the edges that a photo is asked for: some 15 mm."""
 

@@ -3,6 +3,8 @@
 import base64
 import io
 import json
+import re
+import tempfile
 
 import jsonschema
 import numpy as np
@@ -160,12 +162,27 @@ def skirted(content, off):
     return file_of(np.where(person | wide & worn[:, None], 255, 0).astype(np.uint8))
 
 
+def test_clothes_are_told_where_no_view_shows_the_level(client):
+    """From the front the thigh's tape runs where legs touch."""
+    person = PERSON | {"measurements": PERSON["measurements"] | {"thigh_girth": 58}}
+    front = skirted(outline(client, "front", person), 0.03)
+    answer = send(client, person | {"refine": True}, front=front).json
+    for view in (answer["front"], answer["refinement"]["front"]):
+        assert "thigh_girth" not in {level["measurement"] for level in view["levels"]}
+    told = [row["measurement"] for row in answer["refinement"]["clothes"]]
+    assert told.index("hip_girth") < told.index("thigh_girth")
+
+
 @pytest.mark.parametrize(("waist", "why"), [(97, "clothes"), (79, "tape")])
 def test_each_level_has_its_usual_reasons(client, waist, why):
     other = PERSON | {"measurements": PERSON["measurements"] | {"waist_girth": waist}}
     for side in ("front", "profile"):
         view = send(client, **{side: outline(client, side, other)}).json[side]
+        assert "waist_girth" in {level["measurement"] for level in view["levels"]}
         for level in view["levels"]:
+            entered = level["measurement"] in PERSON["measurements"]
+            assert ("tape" in level["reasons"]) == (entered and bool(level["reasons"]))
+            assert ("estimate" in level["reasons"]) == (not entered and bool(level["reasons"]))
             apart = level["photo_cm"] - level["avatar_cm"]
             assert bool(level["reasons"]) == (abs(apart) >= 1), level
             # Clothes make nobody slimmer.
@@ -232,6 +249,21 @@ def file_of(array):
     stream = io.BytesIO()
     Image.fromarray(array).save(stream, "PNG")
     return stream.getvalue()
+
+
+def test_no_picture_touches_the_disk(client, monkeypatch):
+    """Werkzeug by itself writes files of more than half a megabyte to a temporary one."""
+    stream = io.BytesIO()
+    whole = Image.open(io.BytesIO(outline(client, "front"))).convert("RGB")
+    whole.save(stream, "PNG", compress_level=0)
+    assert len(stream.getvalue()) > 2 * 2**20
+
+    def refuse(*args, **kwargs):
+        raise AssertionError("a temporary file")
+
+    for name in ("TemporaryFile", "NamedTemporaryFile", "mkstemp", "mkdtemp"):
+        monkeypatch.setattr(tempfile, name, refuse)
+    assert send(client, front=stream.getvalue()).json["front"]["iou"] > 0.985
 
 
 def test_too_much_at_once_is_refused(client):
@@ -304,6 +336,22 @@ def test_without_a_script_the_page_shows_the_comparison(shopper):
     assert "PNG or JPEG" in text(shopper.page.find(".//main"))
 
 
+def test_the_page_says_what_was_taken_for_clothes(shopper):
+    person = {"body": "male", "measurements": {"stature": 178, "weight": 80}}
+    plain = {side: outline(shopper, side, person) for side in ("front", "profile")}
+    skirts = {side: skirted(content, 0.03) for side, content in plain.items()}
+    shopper.get("/compare")
+    token = shopper.page.find(".//input[@name='csrf_token']").get("value")
+    for pictures, told in ((plain, False), (skirts, True)):
+        files = {side: (io.BytesIO(one), f"{side}.png") for side, one in pictures.items()}
+        shopper.post("/compare", data={"csrf_token": token, "refine": "1"} | files)
+        assert "before and after" in text(shopper.page.find(".//main"))
+        notice = shopper.page.find(".//p[@class='notice clothes']")
+        assert (notice is not None) == told
+    assert re.search(r"Hips [23]\.\d cm", text(notice))
+    assert "Calf" not in text(notice)
+
+
 def test_the_camera_is_told_in_the_shoppers_units(shopper):
     camera = {"distance": 2, "height": 1.5}
     person = {"body": "male", "measurements": {"stature": 178, "weight": 80}}
@@ -333,9 +381,12 @@ def test_the_page_shows_before_and_after(shopper):
 def test_the_refined_body_is_taken_along_until_a_value_changes(shopper):
     person = {"body": "male", "measurements": {"stature": 178, "weight": 80, "waist_girth": 94}}
 
-    def waist():
+    def taken():
         numbers = shopper.get("/avatar.json").json["measurements"]
-        return next(row["taken"] for row in numbers if row["name"] == "waist_girth")
+        return {row["name"]: row["taken"] for row in numbers}
+
+    def waist():
+        return taken()["waist_girth"]
 
     alone = waist()
     changes = answered(shopper, front=outline(shopper, "front", person), refine="1").json
@@ -347,9 +398,11 @@ def test_the_refined_body_is_taken_along_until_a_value_changes(shopper):
     token = {"csrf_token": shopper.page.find(".//input[@name='csrf_token']").get("value")}
     forged = {"refined": changes["take"][:-2] + "xx"}
     assert shopper.post("/compare/body", data=token | forged).status_code == 400
-    taken = token | {"refined": changes["take"]}
-    assert shopper.post("/compare/body", data=taken).location == "/avatar"
+    ours = token | {"refined": changes["take"]}
+    assert shopper.post("/compare/body", data=ours).location == "/avatar"
     assert waist() == pytest.approx(after, abs=0.01)
+    for name in ("stature", "weight"):
+        assert taken()[name] == pytest.approx(float(TYPED[name]), abs=0.1), name
     shopper.get("/avatar")
     assert "The outline of your photo has a say" in text(shopper.page.find(".//main"))
     assert b"by the outline of a photo" in shopper.get("/avatar.glb").data
@@ -358,7 +411,7 @@ def test_the_refined_body_is_taken_along_until_a_value_changes(shopper):
     assert again["refinement"]["moved_cm"]["mean"] < 0.2 * changes["moved_cm"]["mean"]
     shopper.post("/compare/body", data=token | {"leave": "1"})
     assert waist() == alone
-    shopper.post("/compare/body", data=taken)
+    shopper.post("/compare/body", data=ours)
     shopper.send(**TYPED | {"weight": "81"})
     shopper.get("/avatar")
     assert "The outline of your photo" not in text(shopper.page.find(".//main"))

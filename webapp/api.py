@@ -98,7 +98,7 @@ def comparison() -> Response:
     avatar = make_avatar(wanted)
     views = comparisons.compare_all(avatar, masks, comparisons.camera_of(avatar, masks))
     content: dict[str, Any] = {
-        side: comparisons.document(view, wanted.told) for side, view in views.items()
+        side: comparisons.document(view, wanted) for side, view in views.items()
     }
     if wanted.refine:
         improved = comparisons.improve(avatar, masks, views)

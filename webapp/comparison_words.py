@@ -1,6 +1,6 @@
 """Words of comparisons: why a picture is refused, and why a photo and a body may differ."""
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from typing import Any
 
 from flask_babel import lazy_gettext as _l
@@ -26,6 +26,11 @@ WORDS: Mapping[str, Any] = {
 }
 
 REASONS: tuple[tuple[str, Any, Any], ...] = (
+    (
+        "estimate",
+        _l("An estimate"),
+        _l("You did not enter this girth: the body there is an estimate."),
+    ),
     ("clothes", _l("Clothes"), _l("Loose or thick cloth is wider than the body in it.")),
     (
         "hair",
@@ -68,10 +73,10 @@ TITLES: Mapping[str, Any] = {code: title for code, title, _ in REASONS}
 
 AT_LEVELS: Mapping[str, tuple[str, ...]] = {
     "neck_girth": ("hair", "clothes", "stance"),
-    "bust_girth": ("clothes", "breath", "tape"),
-    "underbust_girth": ("clothes", "breath", "tape"),
-    "waist_girth": ("clothes", "breath", "tape"),
-    "abdomen_girth": ("clothes", "breath", "tape"),
+    "bust_girth": ("clothes", "breath"),
+    "underbust_girth": ("clothes", "breath"),
+    "waist_girth": ("clothes", "breath"),
+    "abdomen_girth": ("clothes", "breath"),
     "hip_girth": ("clothes", "stance"),
     "thigh_girth": ("clothes", "legs"),
     "mid_thigh_girth": ("clothes", "legs"),
@@ -79,7 +84,7 @@ AT_LEVELS: Mapping[str, tuple[str, ...]] = {
     "calf_girth": ("clothes", "legs"),
     "ankle_girth": ("clothes", "legs", "camera"),
 }
-"""The usual reasons at each level, the likeliest first."""
+"""The usual reasons at each level, the likeliest first, whether or not its girth was entered."""
 
 ADDING = ("clothes", "hair")
 """These make an outline broader and never narrower."""
@@ -88,9 +93,14 @@ NEARLY = 0.01
 """Metres: a difference up to this needs no reason."""
 
 
-def reasons_at(level: Level) -> list[str]:
-    """Codes of what usually makes such a difference at such a level; none where it is small."""
+def reasons_at(level: Level, entered: Container[str]) -> list[str]:
+    """Codes of what usually makes such a difference at such a level; none where it is small.
+
+    Where its girth was not entered, that comes first: no tape was there.
+    """
     apart = level.photo - level.avatar
     if abs(apart) < NEARLY:
         return []
-    return [code for code in AT_LEVELS[level.measurement] if apart > 0 or code not in ADDING]
+    name = level.measurement
+    usual = [code for code in AT_LEVELS[name] if apart > 0 or code not in ADDING]
+    return [*usual, "tape"] if name in entered else ["estimate", *usual]

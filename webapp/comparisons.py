@@ -6,7 +6,7 @@ in memory until it is answered.
 
 import base64
 import io
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import IO, Any
 
@@ -28,7 +28,7 @@ from werkzeug.wrappers import Response as AnyResponse
 
 from model.camera_estimate import estimate_camera
 from model.cameras import Camera, Side
-from model.comparison import Comparison, compare
+from model.comparison import EDGE_LEVELS, Comparison, compare
 from model.comparison_pictures import difference, filled, overlay, projection
 from model.masks import MOST_BYTES, Mask, PictureRefusedError, read_mask
 from model.measurements import MEASUREMENTS
@@ -197,16 +197,18 @@ def refinement(avatar: Avatar, improved: Improved) -> dict[str, Any]:
             }
             for name in before
         ],
-        **{side: document(view, avatar.wanted.told) for side, view in improved.views.items()},
+        **{side: document(view, avatar.wanted) for side, view in improved.views.items()},
     }
 
 
 def _clothes(improved: Improved) -> list[dict[str, Any]]:
-    """Where the outlines' pull was limited, from the top down: what was taken for clothes there."""
-    heights = {
-        level.measurement: level.height for view in improved.views.values() for level in view.levels
-    }
-    stature = improved.avatar.measured.values["stature"]
+    """Where the outlines' pull was limited, from the top down: what was taken for clothes there.
+
+    At every girth at whose height outlines have a say, whether or not a view shows its level.
+    """
+    measured = improved.avatar.measured
+    stature = measured.values["stature"]
+    heights = {name: float(measured.paths[name][:, 1].mean()) for name in EDGE_LEVELS}
     cloth = {
         name: improved.refined.cloth_at(height / stature)
         for name, height in sorted(heights.items(), key=lambda pair: -pair[1])
@@ -218,11 +220,11 @@ def _clothes(improved: Improved) -> list[dict[str, Any]]:
     ]
 
 
-def document(comparison: Comparison, told: Collection[str]) -> dict[str, Any]:
+def document(comparison: Comparison, wanted: AvatarRequest) -> dict[str, Any]:
     """One view, as the contract has it, in centimetres; and where the camera stood, in metres."""
     camera = {name: round(getattr(comparison.camera, name), 2) for name in CAMERA_LIMITS}
     return {
-        "camera": camera | {"estimated": [name for name in camera if name not in told]},
+        "camera": camera | {"estimated": [name for name in camera if name not in wanted.told]},
         "arms": "left_out",
         "unseen": list(comparison.unseen),
         "iou": round(comparison.iou, 4),
@@ -232,7 +234,7 @@ def document(comparison: Comparison, told: Collection[str]) -> dict[str, Any]:
                 "measurement": level.measurement,
                 "photo_cm": round(100 * level.photo, 2),
                 "avatar_cm": round(100 * level.avatar, 2),
-                "reasons": reasons_at(level),
+                "reasons": reasons_at(level, wanted.asked),
             }
             for level in comparison.levels
         ],
@@ -245,7 +247,7 @@ def shown(comparison: Comparison, avatar: Avatar) -> dict[str, Any]:
     chosen = avatar.wanted.units
     height, width = comparison.photo.shape
     left, top, scale = comparison.place
-    view = document(comparison, avatar.wanted.told)
+    view = document(comparison, avatar.wanted)
     return view | {
         "levels": [
             row

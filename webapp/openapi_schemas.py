@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from model.comparison import LEVELS
+from model.comparison import EDGE_LEVELS, LEVELS
 from model.measurements import BODY_KINDS, MEASUREMENTS
 from webapp.comparison_words import REASONS
 from webapp.comparisons import SIDES
@@ -138,13 +138,16 @@ def schemas() -> dict[str, Schema]:
                     "type": "array",
                     "items": object_of(
                         {
-                            "measurement": level_name,
+                            "measurement": level_name | {"enum": list(EDGE_LEVELS)},
                             "cloth_cm": {**positive, "description": "On each side of the body."},
                         }
                     ),
                     "description": "Where the outlines' pull was limited, from the top down: the "
-                    "levels at which they stand off the body by half a centimetre or more, which "
-                    "neither the entered values nor what bodies look like explain.",
+                    "levels at which half a centimetre or more was taken for cloth, as neither "
+                    "the entered values nor what bodies look like explain it. Some cloth may "
+                    "count as body all the same. Every girth of trunk and legs but the ankle's, "
+                    "seen in a view or not; between bust and neck there is none, so cloth there "
+                    "counts in `cloth_cm` alone.",
                 },
                 "unexplained": {
                     "type": "number",
@@ -230,7 +233,8 @@ def schemas() -> dict[str, Schema]:
                     "type": "array",
                     "items": {"enum": [code for code, _, _ in REASONS]},
                     "description": "What usually makes such a difference at such a level, the "
-                    "likeliest first; none where it is under a centimetre.",
+                    "likeliest first; none where it is under a centimetre. `tape` where the "
+                    "level's girth was entered, `estimate` where it was not.",
                 },
             }
         ),

@@ -11,23 +11,27 @@ export { expect };
 
 /**
  * A test whose page may not complain: no error on the console, none thrown, and nothing asked of
- * another origin. A test that provokes complaints says which: `complaints.expect(/422/)`.
+ * another origin. A test that provokes complaints says which: `complaints.expect(/422/)`; one that
+ * opens a page in a browser of its own has it watched too: `complaints.watch(page)`.
  */
 export const test = base.extend({
   complaints: [
     async ({ page, baseURL }, use) => {
       const heard = [];
       const expected = [];
-      page.on("console", (message) => {
-        if (message.type() === "error") heard.push(`console: ${message.text()}`);
-      });
-      page.on("pageerror", (error) => heard.push(`thrown: ${error.message}`));
-      page.on("request", (request) => {
-        const { origin, protocol } = new URL(request.url());
-        if (["blob:", "data:"].includes(protocol)) return;
-        if (origin !== new URL(baseURL).origin) heard.push(`another origin: ${request.url()}`);
-      });
-      await use({ expect: (pattern) => expected.push(pattern) });
+      const watch = (page) => {
+        page.on("console", (message) => {
+          if (message.type() === "error") heard.push(`console: ${message.text()}`);
+        });
+        page.on("pageerror", (error) => heard.push(`thrown: ${error.message}`));
+        page.on("request", (request) => {
+          const { origin, protocol } = new URL(request.url());
+          if (["blob:", "data:"].includes(protocol)) return;
+          if (origin !== new URL(baseURL).origin) heard.push(`another origin: ${request.url()}`);
+        });
+      };
+      watch(page);
+      await use({ expect: (pattern) => expected.push(pattern), watch });
       const unexpected = heard.filter((line) => !expected.some((pattern) => pattern.test(line)));
       expect(unexpected).toEqual([]);
     },
