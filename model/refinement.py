@@ -7,8 +7,8 @@ fit finds the one that measures what was asked. Entered values hold as before, a
 say in what those leave open.
 
 Clothes, stance and arms are no body. How far cloth stands off is left open, level by level: it
-only ever adds to an outline, and by the same in every photo, so that what the entered values and
-what bodies look like do not explain is taken for it, and told. Where the person stands, leans and
+only ever adds to an outline, and by the same in every photo, so that most of what the entered
+values and what bodies look like do not explain is taken for it. Where the person stands, leans and
 sways is left open too; what an arm may hide is left out; and an edge that is far from where any
 likely body has it counts for little.
 """
