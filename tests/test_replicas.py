@@ -6,6 +6,8 @@ import signal
 import socket
 import threading
 import time
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 
 import pytest
@@ -96,6 +98,29 @@ def test_behind_nginx_who_sends_slowly_takes_no_thread_either(balanced):
         for _ in range(4):
             assert ask(balanced, "GET", "/numbers").status == 200
             assert ask(balanced, "POST", "/api/v1/avatars", WOMAN).status == 200
+
+
+# ---------------------------------------------------------------- both are full
+
+
+@needs_nginx
+def test_two_full_queues_turn_away_who_wants_a_body_and_nobody_else():
+    small = {"WORK_AT_ONCE": "1", "WORK_WAITING": "0", "WEB_CONCURRENCY": "1"}
+    bodies, pages = [], []
+
+    def want(number):
+        for _ in range(8):
+            if number % 4:
+                bodies.append(ask(port, "POST", "/api/v1/avatars", WOMAN))
+            else:
+                pages.append(ask(port, "GET", "/numbers").status)
+
+    with Server(small) as one, Server(small) as other, nginx((one.port, other.port)) as port:
+        with ThreadPoolExecutor(16) as shoppers:
+            list(shoppers.map(want, range(16)))
+    assert Counter(pages) == {200: 32}
+    assert {answer.status for answer in bodies} == {200, 503}
+    assert {answer.headers.get("Retry-After") for answer in bodies if answer.status == 503} == {"2"}
 
 
 # ---------------------------------------------------------------- metrics of two processes
