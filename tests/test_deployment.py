@@ -63,6 +63,19 @@ def test_what_is_copied_is_there():
                 assert given(source), source
 
 
+def test_the_front_end_is_built_by_a_program_that_is_installed():
+    """esbuild's program is a package of its own for each kind of machine, and optional in the lock;
+    .npmrc keeps it from being fetched by a script of the package."""
+    packages = json.loads((ROOT / "package-lock.json").read_text())["packages"]
+    assert packages["node_modules/@esbuild/linux-x64"]["optional"]
+    assert "ignore-scripts=true" in (ROOT / ".npmrc").read_text().split()
+    front, *_ = instructions()
+    assert [rest for name, rest in front if name == "RUN"] == [
+        "npm ci --no-audit --no-fund",
+        "npm run --silent build",
+    ]
+
+
 def test_stages_that_are_copied_from_are_there():
     names = {rest.partition(" AS ")[2] for rest in told("FROM")} - {""}
     used = set(re.findall(r"--from=(\S+)", "\n".join(told("COPY"))))
