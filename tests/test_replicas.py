@@ -58,13 +58,20 @@ def test_a_wizards_steps_may_each_be_answered_by_another_server(balanced, replic
 # ---------------------------------------------------------------- who sends slowly
 
 
+OUTLINES = (
+    b"POST /api/v1/comparisons HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100000\r\n"
+    b"Content-Type: multipart/form-data; boundary=part\r\n\r\n--part\r\n"
+)
+TEXT = (
+    b"POST /api/v1/avatars HTTP/1.1\r\nHost: localhost\r\nContent-Length: 60000\r\n"
+    b"Content-Type: text/plain\r\n\r\n"
+)
+"""Refused for its type, and heard out."""
+
+
 @contextmanager
-def slow_senders(port, count):
-    """Some who send outlines of theirs, byte by byte, and never come to an end."""
-    begun = (
-        b"POST /api/v1/comparisons HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100000\r\n"
-        b"Content-Type: multipart/form-data; boundary=part\r\n\r\n--part\r\n"
-    )
+def slow_senders(port, count, begun=OUTLINES):
+    """Some who send on byte by byte, and never come to an end."""
     senders = [socket.create_connection(("127.0.0.1", port)) for _ in range(count)]
     stop = threading.Event()
 
@@ -87,8 +94,9 @@ def slow_senders(port, count):
             sender.close()
 
 
-def test_who_sends_slowly_takes_no_turn_from_others(replicas):
-    with slow_senders(replicas[1].port, SLOTS + 1):
+@pytest.mark.parametrize("begun", [OUTLINES, TEXT], ids=["outlines", "text"])
+def test_who_sends_slowly_takes_no_turn_from_others(replicas, begun):
+    with slow_senders(replicas[1].port, SLOTS + 1, begun):
         assert ask(replicas[1].port, "POST", "/api/v1/avatars", WOMAN).status == 200
 
 
