@@ -150,12 +150,12 @@ def test_two_replicas_stand_behind_one_nginx():
     assert f"listen {published.rpartition(':')[2]};" in configuration
 
 
-def test_replicas_trust_one_proxy_and_count_in_one_redis():
+def test_replicas_trust_nginx_and_count_in_one_redis():
     for name, service in SERVICES.items():
         if service.get("build") != ".":
             continue
         told = service["environment"]
-        assert told["TRUSTED_PROXIES"] == "1"
+        assert told["TRUSTED_PROXIES"] == "${TRUSTED_PROXIES:-1}"
         store = re.fullmatch(r"redis://(\w+):6379/0", told["RATELIMIT_STORAGE_URI"])[1]
         assert store in service["depends_on"], name
         assert store in SERVICES

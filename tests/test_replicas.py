@@ -108,6 +108,40 @@ def test_behind_nginx_who_sends_slowly_takes_no_thread_either(balanced):
             assert ask(balanced, "POST", "/api/v1/avatars", WOMAN).status == 200
 
 
+# ---------------------------------------------------------------- who is asking
+
+
+class ByHttps(Shopper):
+    """One whose browser sends no referrer, and whom a proxy that speaks https lets through."""
+
+    def _ask(self, method, path, content=None, headers=None):
+        front = {"X-Forwarded-For": "203.0.113.9", "X-Forwarded-Proto": "https"}
+        return super()._ask(method, path, content, {**front, **(headers or {})})
+
+
+@needs_nginx
+@pytest.mark.parametrize("hops", [1, 2])
+def test_behind_a_proxy_as_many_are_believed_as_are_counted(hops):
+    """One hop: nginx alone; two: a proxy before it too, for which this test stands."""
+    settings = {
+        "TRUSTED_PROXIES": str(hops),
+        "RATELIMIT_ENABLED": "1",
+        "RATELIMIT_DEFAULT": "3 per hour",
+        "WEB_CONCURRENCY": "1",
+    }
+    with Server(settings) as server, nginx((server.port, server.port)) as port:
+        # Where the site knows that it is asked by https it takes no form without a referrer.
+        sent = ByHttps(port).enter(body="female", stature="168")
+        assert sent.status == (303 if hops == 1 else 400)
+
+        def status(senders):
+            return ask(port, "GET", "/numbers", headers={"X-Forwarded-For": senders}).status
+
+        made_up = ("198.51.100.7, 203.0.113.9", "192.0.2.1, 203.0.113.9", "203.0.113.9")
+        assert [status(senders) for senders in made_up] == [200, 200, 429]
+        assert status("198.51.100.7") == (429 if hops == 1 else 200)
+
+
 # ---------------------------------------------------------------- both are full
 
 
