@@ -16,7 +16,7 @@ from werkzeug.test import Client
 from bench.load import comparison
 from model import studio
 from model.studio import RenderingTimedOut
-from webapp import logs, metrics, server
+from webapp import health, logs, metrics, server
 from webapp.overload import Gate, Overloaded
 from webapp.settings import VARIABLES, environment
 
@@ -96,10 +96,13 @@ def test_a_server_that_can_serve_is_ready(client):
     assert answer.json["checks"]["limits"] == "off"
 
 
-def test_readiness_tells_of_the_last_picture(client, no_pyrender):
+def test_readiness_tells_of_the_last_picture(client, no_pyrender, monkeypatch):
     assert client.get("/readyz").json["checks"]["pictures"] == "missing"
     assert client.get("/readyz").status_code == 200
     no_pyrender.undo()
+    monkeypatch.setattr(health, "TRY_AGAIN", 3600)
+    assert client.get("/readyz").json["checks"]["pictures"] == "missing", "tried too soon"
+    monkeypatch.setattr(health, "TRY_AGAIN", 0)
     assert client.get("/readyz").json["checks"]["pictures"] == "ok"
 
 
@@ -358,6 +361,13 @@ def test_the_folder_of_the_metrics_is_made_once_by_a_server(monkeypatch, tmp_pat
     assert server.os.environ["PROMETHEUS_MULTIPROC_DIR"] == str(made)
     server.on_exit(None)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_of_metrics_that_the_host_made_stays(monkeypatch, tmp_path):
+    monkeypatch.setenv("PROMETHEUS_MULTIPROC_DIR", str(tmp_path))
+    monkeypatch.delenv(server.OWNER, raising=False)
+    server.on_exit(None)
+    assert tmp_path.is_dir()
 
 
 # ---------------------------------------------------------------- clocks
