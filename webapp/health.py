@@ -11,7 +11,7 @@ from model import studio
 from webapp.avatars import why_no_pictures
 
 TRY_AGAIN = 5.0
-"""Seconds after which it is tried again whether pictures are drawn: nothing limits these requests."""
+"""Seconds after which a picture is tried again: no limit counts requests for health."""
 
 _tried = -math.inf
 
