@@ -64,8 +64,9 @@ def test_what_is_copied_is_there():
 
 
 def test_the_front_end_is_built_by_a_program_that_is_installed():
-    """esbuild's program is a package of its own for each kind of machine, and optional in the lock;
-    .npmrc keeps it from being fetched by a script of the package."""
+    """Each kind of machine has a package of its own for esbuild's program, optional in the lock;
+    .npmrc keeps it from being fetched by a script of the package.
+    """
     packages = json.loads((ROOT / "package-lock.json").read_text())["packages"]
     assert packages["node_modules/@esbuild/linux-x64"]["optional"]
     assert "ignore-scripts=true" in (ROOT / ".npmrc").read_text().split()

@@ -2,8 +2,8 @@
 
 A command in a block of its own is a target of the Makefile, a script or a module of ours, and each
 option of it is one that its ``--help`` tells. The section that it stands in has the day on which it
-was run, or names the test that runs it; where it is none of ours it says that it was run on that day, or
-that it was not.
+was run, or names the test that runs it; where it is none of ours it says that it was run on that
+day, or that it was not.
 """
 
 import collections

@@ -157,9 +157,13 @@ def test_two_full_queues_turn_away_who_wants_a_body_and_nobody_else():
             else:
                 pages.append(ask(port, "GET", "/numbers").status)
 
-    with Server(small) as one, Server(small) as other, nginx((one.port, other.port)) as port:
-        with ThreadPoolExecutor(16) as shoppers:
-            list(shoppers.map(want, range(16)))
+    with (
+        Server(small) as one,
+        Server(small) as other,
+        nginx((one.port, other.port)) as port,
+        ThreadPoolExecutor(16) as shoppers,
+    ):
+        list(shoppers.map(want, range(16)))
     assert Counter(pages) == {200: 32}
     assert {answer.status for answer in bodies} == {200, 503}
     assert {answer.headers.get("Retry-After") for answer in bodies if answer.status == 503} == {"2"}
