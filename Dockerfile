@@ -5,7 +5,8 @@
 FROM node:22-slim AS front
 WORKDIR /site
 COPY package.json package-lock.json .npmrc ./
-RUN npm ci --omit=optional --no-audit --no-fund --ignore-scripts && npm rebuild esbuild
+# With the optional packages: one of them is esbuild's program for this machine.
+RUN npm ci --no-audit --no-fund
 COPY scripts/build.mjs scripts/pose_bundle.mjs scripts/
 COPY static static
 RUN npm run --silent build

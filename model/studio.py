@@ -7,8 +7,10 @@ is waited for only so long, and then nothing is drawn until it has ended, or its
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -21,7 +23,6 @@ from model.geometry import Floats
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from concurrent.futures import Future
 
 Result = TypeVar("Result")
 
@@ -143,14 +144,16 @@ def _tell_contexts_by_address() -> None:
 _lock = threading.Lock()
 _worker: ThreadPoolExecutor | None = None
 _studio: _Studio | None = None
-_late: Future[Any] | None = None
+_due = math.inf
+"""When what the thread is at must be done, by the clock that nobody sets; it begins when it begins,
+not when it was asked for."""
 _failure: str | None = None
 
 
 def _forget_worker() -> None:
     """A forked process has the parent's variables but not its thread: begin anew there."""
-    global _lock, _worker, _studio, _late, _failure
-    _lock, _worker, _studio, _late, _failure = threading.Lock(), None, None, None, None
+    global _lock, _worker, _studio, _due, _failure
+    _lock, _worker, _studio, _due, _failure = threading.Lock(), None, None, math.inf, None
 
 
 os.register_at_fork(after_in_child=_forget_worker)
@@ -158,7 +161,7 @@ os.register_at_fork(after_in_child=_forget_worker)
 
 def hangs() -> bool:
     """Whether the thread that draws is at something that was due long ago."""
-    return _late is not None and not _late.done()
+    return time.monotonic() > _due
 
 
 def failure() -> str | None:
@@ -173,7 +176,7 @@ def _in_studio(task: Callable[[_Studio], Result], patience: float = PATIENCE) ->
 
     Parameters
     ----------
-    patience : seconds that it may take, its turn included.
+    patience : seconds that it may take; and that it is waited for, its turn included.
 
     Raises
     ------
@@ -182,7 +185,7 @@ def _in_studio(task: Callable[[_Studio], Result], patience: float = PATIENCE) ->
     RenderingTimedOut
         Where it takes longer; at once, where something before it does so still.
     """
-    global _worker, _late, _failure
+    global _worker, _failure
 
     def attempt() -> Result:
         global _studio
@@ -207,14 +210,17 @@ def _in_studio(task: Callable[[_Studio], Result], patience: float = PATIENCE) ->
                 raise RenderingUnavailable(f"drawing failed twice: {error!r}") from error
 
     def run() -> Result:
-        global _failure
+        global _due, _failure
+        _due = time.monotonic() + patience
         try:
             result = attempts()
+            _failure = ""
+            return result
         except RenderingUnavailable as error:
             _failure = str(error)
             raise
-        _failure = ""
-        return result
+        finally:
+            _due = math.inf
 
     with _lock:
         if hangs():
@@ -225,8 +231,8 @@ def _in_studio(task: Callable[[_Studio], Result], patience: float = PATIENCE) ->
     try:
         return drawing.result(patience)
     except TimeoutError as error:
-        if not drawing.cancel():
-            _late = drawing
+        if not drawing.cancel() and drawing.done():
+            return drawing.result()
         _failure = f"a picture was not drawn within {patience:g} seconds"
         raise RenderingTimedOut(_failure) from error
 

@@ -63,6 +63,20 @@ def test_what_is_copied_is_there():
                 assert given(source), source
 
 
+def test_the_front_end_is_built_by_a_program_that_is_installed():
+    """Each kind of machine has a package of its own for esbuild's program, optional in the lock;
+    .npmrc keeps it from being fetched by a script of the package.
+    """
+    packages = json.loads((ROOT / "package-lock.json").read_text())["packages"]
+    assert packages["node_modules/@esbuild/linux-x64"]["optional"]
+    assert "ignore-scripts=true" in (ROOT / ".npmrc").read_text().split()
+    front, *_ = instructions()
+    assert [rest for name, rest in front if name == "RUN"] == [
+        "npm ci --no-audit --no-fund",
+        "npm run --silent build",
+    ]
+
+
 def test_stages_that_are_copied_from_are_there():
     names = {rest.partition(" AS ")[2] for rest in told("FROM")} - {""}
     used = set(re.findall(r"--from=(\S+)", "\n".join(told("COPY"))))
@@ -137,12 +151,12 @@ def test_two_replicas_stand_behind_one_nginx():
     assert f"listen {published.rpartition(':')[2]};" in configuration
 
 
-def test_replicas_trust_one_proxy_and_count_in_one_redis():
+def test_replicas_trust_nginx_and_count_in_one_redis():
     for name, service in SERVICES.items():
         if service.get("build") != ".":
             continue
         told = service["environment"]
-        assert told["TRUSTED_PROXIES"] == "1"
+        assert told["TRUSTED_PROXIES"] == "${TRUSTED_PROXIES:-1}"
         store = re.fullmatch(r"redis://(\w+):6379/0", told["RATELIMIT_STORAGE_URI"])[1]
         assert store in service["depends_on"], name
         assert store in SERVICES

@@ -1,8 +1,9 @@
 """What the documentation says is there is there: links, commands, tests, pages that commands write.
 
 A command in a block of its own is a target of the Makefile, a script or a module of ours, and each
-option of it is one that its ``--help`` tells; or the section that it stands in says on which day it
-was run, or that it was not.
+option of it is one that its ``--help`` tells. The section that it stands in has the day on which it
+was run, or names the test that runs it; where it is none of ours it says that it was run on that
+day, or that it was not.
 """
 
 import collections
@@ -34,11 +35,18 @@ ENVIRONMENT = r"(?:[A-Z_]+=(?:\$\([^)]*\)|\"[^\"]*\"|\S+) +)*"
 PROGRAMS = r"(?:make|npm|npx|node|pip|curl|docker|gunicorn|(?:\S+/)?python3?|(?:\./)?scripts/\S+)"
 COMMAND = re.compile(rf"{ENVIRONMENT}({PROGRAMS}(?: .+)?)$")
 TOLD = re.compile(r"\b[Rr]un\s+on\s+\d{4}-\d\d-\d\d\b|\bnot\s+been\s+run\b")
+DATED = re.compile(r"\b\d{4}-\d\d-\d\d\b")
 
 
 def read(page):
     """A page's text without its remarks."""
     return re.sub(r"<!--.*?-->", "", (ROOT / page).read_text(), flags=re.DOTALL)
+
+
+def vouched(section):
+    """Whether a section has a day, or a test that is there."""
+    tests = re.findall(r"`(tests/test_\w+\.py)`", section)
+    return bool(DATED.search(section)) or any((ROOT / test).is_file() for test in tests)
 
 
 def in_blocks(text):
@@ -104,6 +112,7 @@ def test_every_command_can_be_run_or_says_when_it_was(page):
                 continue  # See below.
             found = fault(command, remark)
             assert found is None or (found == "unknown" and TOLD.search(section)), (command, found)
+            assert vouched(section), f"{command}: run when, or by which test?"
     for command, remark in in_lines(read(page)):
         assert fault(command, remark) in (None, "unknown"), command
 
@@ -127,6 +136,12 @@ def test_every_command_can_be_run_or_says_when_it_was(page):
 )
 def test_a_command_that_is_not_there_is_found(command, remark, found):
     assert fault(command, remark) == found
+
+
+def test_a_section_without_a_day_or_a_test_is_found():
+    assert vouched("run on 2026-11-22")
+    assert vouched("`tests/test_docs.py` runs it")
+    assert not vouched("`tests/test_nonsense.py` runs it")
 
 
 def test_the_examples_of_calls_are_answered(client):

@@ -16,7 +16,7 @@ from werkzeug.test import Client
 from bench.load import comparison
 from model import studio
 from model.studio import RenderingTimedOut
-from webapp import logs, metrics, server
+from webapp import health, logs, metrics, server
 from webapp.overload import Gate, Overloaded
 from webapp.settings import VARIABLES, environment
 
@@ -96,10 +96,13 @@ def test_a_server_that_can_serve_is_ready(client):
     assert answer.json["checks"]["limits"] == "off"
 
 
-def test_readiness_tells_of_the_last_picture(client, no_pyrender):
+def test_readiness_tells_of_the_last_picture(client, no_pyrender, monkeypatch):
     assert client.get("/readyz").json["checks"]["pictures"] == "missing"
     assert client.get("/readyz").status_code == 200
     no_pyrender.undo()
+    monkeypatch.setattr(health, "TRY_AGAIN", 3600)
+    assert client.get("/readyz").json["checks"]["pictures"] == "missing", "tried too soon"
+    monkeypatch.setattr(health, "TRY_AGAIN", 0)
     assert client.get("/readyz").json["checks"]["pictures"] == "ok"
 
 
@@ -108,6 +111,8 @@ def test_a_picture_that_hangs_is_a_503_that_says_when_to_come_again(make_site):
     end = threading.Event()
     with pytest.raises(RenderingTimedOut):
         studio._in_studio(lambda _: end.wait(60), patience=0.1)
+    while not studio.hangs():
+        time.sleep(0.001)
     try:
         answer = client.post("/api/v1/avatars/front.png", json=WOMAN)
         assert (answer.status_code, answer.headers["Retry-After"]) == (503, "2")
@@ -185,8 +190,17 @@ def test_some_wait_and_no_more_than_some():
     gate.enter()
 
 
-@pytest.mark.parametrize("kind", ["application/json", "multipart/form-data; boundary=part"])
-def test_what_is_sent_is_read_before_there_is_a_turn(make_site, kind):
+@pytest.mark.parametrize(
+    ("method", "path", "kind", "status"),
+    [
+        ("POST", "/api/v1/avatars", "application/json", 200),
+        ("POST", "/api/v1/comparisons", "multipart/form-data; boundary=part", 415),
+        ("POST", "/api/v1/avatars", "text/plain", 415),
+        ("GET", "/avatar.glb", "text/plain", 404),
+    ],
+)
+def test_what_is_sent_is_read_while_there_is_no_turn(make_site, method, path, kind, status):
+    """Before it; or after it, where it is refused unread and heard out."""
     site = make_site(WORK_AT_ONCE=1, WORK_WAITING=0)
     gate, full = site.extensions["gate"], []
 
@@ -196,11 +210,15 @@ def test_what_is_sent_is_read_before_there_is_a_turn(make_site, kind):
             return super().read(size)
 
     sent = comparison(b"no picture") if kind.startswith("multi") else json.dumps(WOMAN).encode()
-    path = "/api/v1/comparisons" if kind.startswith("multi") else "/api/v1/avatars"
-    answer = site.test_client().post(
-        path, input_stream=Slow(sent), content_length=len(sent), content_type=kind
+    answer = site.test_client().open(
+        path,
+        method=method,
+        input_stream=Slow(sent),
+        content_length=len(sent),
+        content_type=kind,
+        environ_overrides={"wsgi.input_terminated": True},  # As gunicorn says.
     )
-    assert answer.status_code in (200, 415)
+    assert answer.status_code == status
     assert set(full) == {False}
 
 
@@ -343,6 +361,13 @@ def test_the_folder_of_the_metrics_is_made_once_by_a_server(monkeypatch, tmp_pat
     assert server.os.environ["PROMETHEUS_MULTIPROC_DIR"] == str(made)
     server.on_exit(None)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_of_metrics_that_the_host_made_stays(monkeypatch, tmp_path):
+    monkeypatch.setenv("PROMETHEUS_MULTIPROC_DIR", str(tmp_path))
+    monkeypatch.delenv(server.OWNER, raising=False)
+    server.on_exit(None)
+    assert tmp_path.is_dir()
 
 
 # ---------------------------------------------------------------- clocks

@@ -235,6 +235,8 @@ def stuck():
     end = threading.Event()
     with pytest.raises(RenderingTimedOut, match=r"within 0\.1 seconds"):
         studio._in_studio(lambda _: end.wait(60), patience=0.1)
+    while not studio.hangs():  # It is due this long after it began: a moment later than asked for.
+        time.sleep(0.001)
     yield end
     end.set()
     while studio.hangs():
@@ -266,6 +268,26 @@ def test_who_waits_for_too_long_behind_others_does_not_count_as_hanging():
         assert not studio.hangs()
         end.set()
         first.result()
+    assert studio.failure() == ""
+
+
+def test_what_waited_for_long_and_has_just_begun_does_not_hang():
+    there, first, begun, end = (threading.Event() for _ in range(4))
+    worker = SimpleNamespace(alive=True, log=logging.getLogger("gunicorn.error"))
+    with ThreadPoolExecutor(2) as others:
+        before = others.submit(studio._in_studio, lambda _: (there.set(), first.wait(60)))
+        assert there.wait(60)
+        behind = others.submit(studio._in_studio, lambda _: (begun.set(), end.wait(60)), patience=4)
+        time.sleep(3)
+        first.set()
+        before.result()
+        assert begun.wait(60)
+        with pytest.raises(RenderingTimedOut, match="within 4 seconds"):
+            behind.result()
+        server.post_request(worker, None, {}, None)
+        assert worker.alive
+        end.set()
+    studio._in_studio(lambda _: None)
     assert studio.failure() == ""
 
 

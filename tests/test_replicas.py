@@ -6,6 +6,8 @@ import signal
 import socket
 import threading
 import time
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 
 import pytest
@@ -56,13 +58,20 @@ def test_a_wizards_steps_may_each_be_answered_by_another_server(balanced, replic
 # ---------------------------------------------------------------- who sends slowly
 
 
+OUTLINES = (
+    b"POST /api/v1/comparisons HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100000\r\n"
+    b"Content-Type: multipart/form-data; boundary=part\r\n\r\n--part\r\n"
+)
+TEXT = (
+    b"POST /api/v1/avatars HTTP/1.1\r\nHost: localhost\r\nContent-Length: 60000\r\n"
+    b"Content-Type: text/plain\r\n\r\n"
+)
+"""Refused for its type, and heard out."""
+
+
 @contextmanager
-def slow_senders(port, count):
-    """Some who send outlines of theirs, byte by byte, and never come to an end."""
-    begun = (
-        b"POST /api/v1/comparisons HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100000\r\n"
-        b"Content-Type: multipart/form-data; boundary=part\r\n\r\n--part\r\n"
-    )
+def slow_senders(port, count, begun=OUTLINES):
+    """Some who send on byte by byte, and never come to an end."""
     senders = [socket.create_connection(("127.0.0.1", port)) for _ in range(count)]
     stop = threading.Event()
 
@@ -85,8 +94,9 @@ def slow_senders(port, count):
             sender.close()
 
 
-def test_who_sends_slowly_takes_no_turn_from_others(replicas):
-    with slow_senders(replicas[1].port, SLOTS + 1):
+@pytest.mark.parametrize("begun", [OUTLINES, TEXT], ids=["outlines", "text"])
+def test_who_sends_slowly_takes_no_turn_from_others(replicas, begun):
+    with slow_senders(replicas[1].port, SLOTS + 1, begun):
         assert ask(replicas[1].port, "POST", "/api/v1/avatars", WOMAN).status == 200
 
 
@@ -96,6 +106,67 @@ def test_behind_nginx_who_sends_slowly_takes_no_thread_either(balanced):
         for _ in range(4):
             assert ask(balanced, "GET", "/numbers").status == 200
             assert ask(balanced, "POST", "/api/v1/avatars", WOMAN).status == 200
+
+
+# ---------------------------------------------------------------- who is asking
+
+
+class ByHttps(Shopper):
+    """One whose browser sends no referrer, and whom a proxy that speaks https lets through."""
+
+    def _ask(self, method, path, content=None, headers=None):
+        front = {"X-Forwarded-For": "203.0.113.9", "X-Forwarded-Proto": "https"}
+        return super()._ask(method, path, content, {**front, **(headers or {})})
+
+
+@needs_nginx
+@pytest.mark.parametrize("hops", [1, 2])
+def test_behind_a_proxy_as_many_are_believed_as_are_counted(hops):
+    """One hop: nginx alone; two: a proxy before it too, for which this test stands."""
+    settings = {
+        "TRUSTED_PROXIES": str(hops),
+        "RATELIMIT_ENABLED": "1",
+        "RATELIMIT_DEFAULT": "3 per hour",
+        "WEB_CONCURRENCY": "1",
+    }
+    with Server(settings) as server, nginx((server.port, server.port)) as port:
+        # Where the site knows that it is asked by https it takes no form without a referrer.
+        sent = ByHttps(port).enter(body="female", stature="168")
+        assert sent.status == (303 if hops == 1 else 400)
+
+        def status(senders):
+            return ask(port, "GET", "/numbers", headers={"X-Forwarded-For": senders}).status
+
+        made_up = ("198.51.100.7, 203.0.113.9", "192.0.2.1, 203.0.113.9", "203.0.113.9")
+        assert [status(senders) for senders in made_up] == [200, 200, 429]
+        assert status("198.51.100.7") == (429 if hops == 1 else 200)
+
+
+# ---------------------------------------------------------------- both are full
+
+
+@needs_nginx
+def test_two_full_queues_turn_away_who_wants_a_body_and_nobody_else():
+    small = {"WORK_AT_ONCE": "1", "WORK_WAITING": "0", "WEB_CONCURRENCY": "1"}
+    bodies, pages = [], []
+
+    def want(number):
+        for _ in range(8):
+            if number % 4:
+                bodies.append(ask(port, "POST", "/api/v1/avatars", WOMAN))
+            else:
+                pages.append(ask(port, "GET", "/numbers").status)
+
+    with (
+        Server(small) as one,
+        Server(small) as other,
+        nginx((one.port, other.port)) as port,
+        ThreadPoolExecutor(16) as shoppers,
+    ):
+        list(shoppers.map(want, range(16)))
+    assert Counter(pages) == {200: 32}
+    assert {answer.status for answer in bodies} == {200, 503}
+    assert {answer.headers.get("Retry-After") for answer in bodies if answer.status == 503} == {"2"}
 
 
 # ---------------------------------------------------------------- metrics of two processes

@@ -210,6 +210,7 @@ def careful_reading(wsgi_app: "WSGIApplication") -> "WSGIApplication":
 def hear_out(response: Response) -> Response:
     """Read what a refused request still sends: who is cut off while sending hears no answer."""
     if response.status_code >= 400 and "wsgi.input_terminated" in request.environ:
+        overload.leave()  # Who sends slowly keeps nobody waiting.
         left = HEARD_OUT
         with contextlib.suppress(BadRequest):
             while left > 0 and (content := request.environ["wsgi.input"].read(PIECE)):

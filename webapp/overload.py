@@ -3,7 +3,7 @@
 import threading
 import time
 
-from flask import Flask, g, request
+from flask import Flask, current_app, g, request
 from werkzeug.exceptions import ServiceUnavailable
 
 from webapp import metrics
@@ -28,7 +28,7 @@ class Overloaded(ServiceUnavailable):
 
 
 class Gate:
-    """Lets a number of threads through at once; some may wait, in the order in which they came.
+    """Lets a number of threads through at once; some may wait.
 
     Parameters
     ----------
@@ -97,10 +97,13 @@ def set_up(app: Flask) -> None:
         g.inside = True
         metrics.WAITED.observe(time.perf_counter() - start)
 
-    @app.teardown_request
-    def leave(error: BaseException | None) -> None:  # noqa: ARG001 - the signature is Flask's
-        if g.pop("inside", False):
-            gate.leave()
+    app.teardown_request(leave)
+
+
+def leave(error: BaseException | None = None) -> None:  # noqa: ARG001 - the signature is Flask's
+    """Give up this request's turn, if it has one: the next may begin."""
+    if g.pop("inside", False):
+        current_app.extensions["gate"].leave()
 
 
 def _is_work() -> bool:

@@ -130,9 +130,9 @@ def keep_few_heaps() -> None:
 
 
 def on_exit(server: "Arbiter") -> None:  # noqa: ARG001 - gunicorn's
-    """Leave nothing behind."""
-    if folder := os.environ.get("PROMETHEUS_MULTIPROC_DIR"):
-        shutil.rmtree(folder, ignore_errors=True)
+    """Leave nothing behind of what this server made."""
+    if os.environ.get(OWNER) == str(os.getpid()):
+        shutil.rmtree(os.environ["PROMETHEUS_MULTIPROC_DIR"], ignore_errors=True)
 
 
 if __name__ == "__config__":
