@@ -353,6 +353,7 @@ test("beside the pictures the body has their camera and their scale", async ({ p
     overlay.style.visibility = "hidden"; // a height in hand is drawn wider than the body
   });
   const compare = async (side) => {
+    await expect.poll(() => inViewer(page, (viewer) => viewer.hasGhost)).toBe(false);
     const seen = await look(page);
     const shown = span(seen);
     const still = page.locator(`figure img[data-side="${side}"]`);
