@@ -194,6 +194,30 @@ test("what is said over the body is of the body that is shown", async ({ page })
   await expect(more).toHaveText("The numbers tell the rest.");
 });
 
+test("what is said of an outline goes with the first change, as its say does", async ({ page }) => {
+  await enter(page);
+  const { body, ...typed } = WOMAN;
+  const measurements = Object.fromEntries(
+    Object.entries(typed).map(([name, text]) => [name, Number(text)]),
+  );
+  const outline = await page.request.post("/api/v1/avatars/front.png", {
+    data: { body, measurements: { ...measurements, waist_girth: 82 }, silhouette: true },
+  });
+  const csrf_token = await page.locator("#editor [name=csrf_token]").inputValue();
+  const front = { name: "front.png", mimeType: "image/png", buffer: await outline.body() };
+  const answer = await page.request.post("/compare", {
+    headers: { Accept: "application/json" },
+    multipart: { csrf_token, front, refine: "1" },
+  });
+  const { refinement } = await answer.json();
+  await page.request.post("/compare/body", { form: { csrf_token, refined: refinement.take } });
+  await page.reload();
+  await ready(page);
+  await expect(page.locator(".refined")).toBeVisible();
+  await changed(page, "waist_girth", "76");
+  await expect(page.locator(".refined")).toHaveCount(0);
+});
+
 test("the preview is the linear law, to half a millimetre", async ({ page, request }) => {
   await openLive(page);
   const before = await vertices(page);
