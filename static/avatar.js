@@ -73,16 +73,19 @@ function idle() {
 class Page {
   #element;
   #viewer = null;
-  #stage = null; // the buttons' part of the page, once there is a body to turn
+  #makeStage = null; // once the buttons' part of the page is fetched
+  #stage = null; // that part, once there is a body to turn
   #extras = null; // what the body's file says of its targets
   #rows = []; // of the last answer
-  #asked = {}; // numbers typed since, by name, in the page's unit
+  #typed = {}; // texts typed so far, by name
+  #asked = {}; // numbers typed since the last answer, by name, in the page's unit
   #editor;
   #sender;
   #status;
   #ghostTimer = 0;
   #tablesDue = 0; // a timer, once the numbers have changed
   #version = 0;
+  #learning = null; // a promise, from when there is a body that may bend
   #turnedTo; // when the reader has first turned to a field
 
   constructor(element) {
@@ -115,15 +118,35 @@ class Page {
       const viewer = createViewer(this.#element);
       this.#element.viewer = viewer; // for what else the page may do with it
       this.#viewer = viewer;
-      await viewer.load(this.#element.dataset.glb, () => this.#changes());
-      this.#stage = new Stage(this.#element, viewer, numbers.units);
-      this.#stage.tell(this.#shown(), this.#rows);
-      await this.#learn();
+      this.#makeStage = () => new Stage(this.#element, viewer, numbers.units);
+      await this.#load();
     } catch (error) {
       // The still picture stays where it is, and so do the two others and the download.
       if (!this.#stage) this.#element.dataset.state = "failed";
       console.warn(error.message);
     }
+  }
+
+  /**
+   * Show the body of the numbers as the server has them. A change may have come before the first
+   * body did, or that one may have failed: with whichever comes first the page comes to life.
+   *
+   * @param {() => void} arrived what to do at the moment when it is shown
+   */
+  async #load(arrived = () => {}) {
+    const shown = await this.#viewer.load(this.#element.dataset.glb, () => {
+      arrived();
+      return this.#changes();
+    });
+    if (!shown) return; // a later call won
+    const first = this.#stage === null;
+    if (first) this.#stage = this.#makeStage();
+    this.#stage.tell(this.#shown(), this.#rows);
+    if (first) this.#stage.take(this.#editor.inHand);
+    this.#learning ??= this.#learn().catch((error) => {
+      this.#learning = null; // the next body tries again
+      console.warn(error.message);
+    });
   }
 
   /** How the body bends: larger than the body itself, so it comes when there is time for it. */
@@ -138,11 +161,13 @@ class Page {
   #change(name, text, value) {
     this.#editor.say(name, "");
     this.#sender.change(name, text);
+    this.#typed[name] = text;
     if (value === null) return;
     this.#asked[name] = value;
     if (!this.#viewer) return;
     if (!this.#viewer.hasGhost) this.#viewer.keepGhost();
     clearTimeout(this.#ghostTimer);
+    this.#ghostTimer = 0;
     this.#viewer.bend(this.#changes());
     this.#tell();
   }
@@ -174,31 +199,31 @@ class Page {
   }
 
   async #hear({ status, document: answer }, sent) {
-    if (status !== 200) {
-      this.#refused(status, answer, sent);
-      return;
-    }
-    if (this.#viewer) await this.#replace(answer);
+    if (status === 200) await this.#accepted(answer, sent);
+    else this.#refused(status, answer, sent);
+    // Not anew with each of the answers to one change: without a server they would never end.
+    this.#ghostTimer ||= setTimeout(() => {
+      this.#ghostTimer = 0;
+      this.#stage?.letGhostGo();
+    }, GHOST_STAYS);
+  }
+
+  async #accepted(answer, sent) {
+    if (this.#viewer) await this.#replace(answer, sent);
     else this.#take(answer, sent);
     for (const name of this.#editor.names) {
       const warning = answer.warnings.find(({ measurement }) => measurement === name);
       this.#editor.say(name, warning?.message ?? "");
     }
     this.#sayBody();
+    document.querySelector(".refined")?.remove(); // its body is left with the first change
     this.#refreshPictures();
-    clearTimeout(this.#ghostTimer);
-    this.#ghostTimer = setTimeout(() => this.#stage?.letGhostGo(), GHOST_STAYS);
   }
 
   /** The body of the answer, and its numbers, in place of the preview: together. */
-  async #replace(answer) {
+  async #replace(answer, sent) {
     try {
-      const typed = { ...this.#asked };
-      const shown = await this.#viewer.load(this.#element.dataset.glb, () => {
-        this.#take(answer, typed);
-        return this.#changes();
-      });
-      if (shown) this.#stage?.tell(this.#shown(), this.#rows);
+      await this.#load(() => this.#take(answer, sent));
     } catch (error) {
       this.#status.textContent = WORDS.unreached;
       console.warn(error.message);
@@ -206,10 +231,10 @@ class Page {
   }
 
   /** Take an answer's rows; what was typed since stays typed. */
-  #take(answer, typed) {
+  #take(answer, sent) {
     this.#rows = answer.measurements;
-    for (const row of this.#rows) {
-      if (row.name in typed && this.#asked[row.name] === typed[row.name]) delete this.#asked[row.name];
+    for (const [name, text] of Object.entries(sent)) {
+      if (this.#typed[name] === text) delete this.#asked[name];
     }
     this.#tell();
   }
@@ -237,6 +262,7 @@ class Page {
     const verdict = unmet.length ? fill(WORDS.unmet, { names }) : WORDS.met;
     this.#status.textContent = verdict;
     place.textContent = verdict;
+    document.querySelector("#verdict-more").textContent = WORDS[unmet.length ? "differ" : "rest"];
   }
 
   #refreshPictures() {

@@ -16,6 +16,7 @@ import {
   partDistance,
   position,
 } from "./orbit.js";
+import { highest } from "./surface.js";
 
 const TURN_MILLISECONDS = 600;
 const NEAREST = 0.3; // of the distance at which the whole body is seen
@@ -28,6 +29,7 @@ export class Camera {
   #figure;
   #calm;
   #draw;
+  #view = ""; // the named view that it shows or goes to, "" once the reader has left it
   #motion = null; // {start, end, since} while it is on its way
   #seen = new Vector3(); // for `see`, which is asked hundreds of times a picture
   #towards = new Vector3();
@@ -51,6 +53,7 @@ export class Camera {
     canvas.style.touchAction = "pan-y";
     controls.addEventListener("start", () => {
       this.#motion = null;
+      this.#view = "";
       turned();
     });
     controls.addEventListener("change", () => {
@@ -62,6 +65,7 @@ export class Camera {
 
   /** A body is there: stand before it, and come no nearer or farther than it needs. */
   begin() {
+    this.#view = "front";
     this.#stand(this.#whole("front"));
     this.#controls.minDistance = NEAREST * DISTANCE;
     this.#controls.maxDistance = FARTHEST * DISTANCE;
@@ -69,7 +73,13 @@ export class Camera {
 
   /** Go to a named view of the whole body. */
   show(name) {
+    this.#view = name;
     this.#goTo(this.#whole(name));
+  }
+
+  /** Another body is there: a named view has all of it in its frame, as the one before. */
+  fitAgain() {
+    if (this.#view) this.#goTo(this.#whole(this.#view));
   }
 
   /** Come so near that some points, and not much else, are seen from an azimuth. */
@@ -78,24 +88,31 @@ export class Camera {
     const part = extent(points, azimuth);
     const distance = partDistance(part, whole.slope, this.lens.aspect, { tall: 0.85, wide });
     const height = (part.low + part.high) / 2;
+    this.#view = "";
     this.#goTo({ ...whole, height, distance: Math.min(distance, DISTANCE) });
   }
 
   /** Come nearer by a factor; below 1, go away. */
   zoom(factor) {
-    const now = this.#motion?.end ?? this.#orbit();
+    const now = this.#leave();
     this.#goTo({ ...now, distance: now.distance / factor });
   }
 
   /** Turn by angles from where it stands or will stand. */
   turn(azimuth, polar) {
-    const now = this.#motion?.end ?? this.#orbit();
+    const now = this.#leave();
     const { minPolarAngle, maxPolarAngle } = this.#controls;
     this.#goTo({
       ...now,
       azimuth: now.azimuth + azimuth,
       polar: clamp(now.polar + polar, minPolarAngle, maxPolarAngle),
     });
+  }
+
+  /** Slide up the body by metres, from where it stands or will stand. */
+  slide(by) {
+    const now = this.#leave();
+    this.#goTo({ ...now, height: this.#onBody(now.height + by) });
   }
 
   /** Where a point is seen in a frame of some size, and how near to straight on. */
@@ -138,10 +155,14 @@ export class Camera {
     this.#controls.dispose();
   }
 
-  /** A named view of the whole body: with the camera and the lens of the still pictures. */
+  /**
+   * A named view of the whole body: from as far away and as large as in the still pictures. Those
+   * are taken from 0.9 m above the floor and their frame is shifted; here the camera stands before
+   * the body's middle, which is near it.
+   */
   #whole(name) {
-    const { positions, height } = this.#figure;
-    const camera = { distance: DISTANCE, height: height / 2 };
+    const positions = this.#figure.coming;
+    const camera = { distance: DISTANCE, height: highest(positions) / 2 };
     const slope = fitSlope(positions, this.lens.aspect, camera);
     const middle = middleSlope(positions, VIEWS[name].azimuth, camera);
     return { ...VIEWS[name], distance: DISTANCE, height: camera.height + DISTANCE * middle, slope };
@@ -151,9 +172,20 @@ export class Camera {
   #keepOnAxis() {
     if (!this.#figure.shape) return;
     const { target } = this.#controls;
-    const kept = new Vector3(0, clamp(target.y, 0.05, this.#figure.height), 0);
+    const kept = new Vector3(0, this.#onBody(target.y), 0);
     this.lens.position.add(kept).sub(target);
     target.copy(kept);
+  }
+
+  /** A height that lies between the body's soles and its crown. */
+  #onBody(height) {
+    return clamp(height, 0.05, this.#figure.height);
+  }
+
+  /** Where it stands or will stand, from where the reader goes on to a view without a name. */
+  #leave() {
+    this.#view = "";
+    return this.#motion?.end ?? this.#orbit();
   }
 
   #orbit() {

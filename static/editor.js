@@ -45,6 +45,11 @@ export class Editor {
     row.querySelector("input").setAttribute("aria-invalid", String(wrong));
   }
 
+  /** The measurement whose field has the focus, "" for none. */
+  get inHand() {
+    return this.#form.querySelector("[data-measurement]:focus-within")?.dataset.measurement ?? "";
+  }
+
   get names() {
     return [...this.#form.querySelectorAll("[data-measurement]")].map(
       (row) => row.dataset.measurement,

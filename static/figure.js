@@ -44,9 +44,9 @@ export class Figure {
     scene.add(this.ground, this.ghostModel);
   }
 
-  /** The points as they are shown, three numbers each, in metres. */
-  get positions() {
-    return this.shape.positions;
+  /** The points where they will be once the body has gone over into the newest, in metres. */
+  get coming() {
+    return this.shape.moving ? this.shape.served : this.shape.positions;
   }
 
   /** Metres from the floor to the highest point. */
@@ -75,7 +75,6 @@ export class Figure {
       this.shape.bend(changes);
       this.#build(body);
     }
-    this.#standOn();
     this.#bent = true;
   }
 
@@ -119,14 +118,16 @@ export class Figure {
   update() {
     if (!this.#bent) return false;
     this.#bent = false;
+    this.#standOn();
     for (const attribute of Object.values(this.#geometry)) attribute.needsUpdate = true;
     return true;
   }
 
   // ---- the body before ----
 
+  /** Whether one is kept: not while it fades, for another may then be kept. */
   get hasGhost() {
-    return this.#ghost.length > 0;
+    return this.#ghost.length > 0 && this.#fading === null;
   }
 
   keepGhost() {
@@ -181,6 +182,7 @@ export class Figure {
       return mesh;
     });
     this.#scene.add(...this.#meshes);
+    this.#standOn();
   }
 
   /** Lay the shadow under the feet. */

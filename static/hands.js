@@ -2,6 +2,7 @@
 
 const KEY_TURN = Math.PI / 12;
 const KEY_ZOOM = 1.2;
+const KEY_SLIDE = 0.15; // metres
 const KEYS_VIEWS = ["front", "quarter", "side", "back"];
 
 /**
@@ -12,14 +13,17 @@ const KEYS_VIEWS = ["front", "quarter", "side", "back"];
  * @param {(name: string) => void} verbs.show
  * @param {(factor: number) => void} verbs.zoom
  * @param {(azimuth: number, polar: number) => void} verbs.turn by radians
+ * @param {(by: number) => void} verbs.slide up the body, by metres
  * @returns {(() => void)|undefined}
  */
-export function actionOf(key, { show, zoom, turn }) {
+export function actionOf(key, { show, zoom, turn, slide }) {
   const actions = {
     ArrowLeft: () => turn(-KEY_TURN, 0),
     ArrowRight: () => turn(KEY_TURN, 0),
     ArrowUp: () => turn(0, -KEY_TURN / 2),
     ArrowDown: () => turn(0, KEY_TURN / 2),
+    PageUp: () => slide(KEY_SLIDE),
+    PageDown: () => slide(-KEY_SLIDE),
     "+": () => zoom(KEY_ZOOM),
     "=": () => zoom(KEY_ZOOM),
     "-": () => zoom(1 / KEY_ZOOM),

@@ -71,8 +71,9 @@ export class Overlay {
       if (!label) continue;
       const { value, note } = words(row);
       // Figures are all of one width: only more or fewer of them make a label another size.
-      if (value.length + note.length !== label.written) label.width = 0;
-      label.written = value.length + note.length;
+      const written = `${value.length} ${note.length}`;
+      if (written !== label.written) label.width = 0;
+      label.written = written;
       label.value.textContent = value;
       label.note.textContent = note;
     }
@@ -173,7 +174,7 @@ export class Overlay {
 
   /** The lines of a label: to its tape, and from a height to the body. */
   #drawn({ asked }) {
-    const name = asked === null ? "lead" : "lead of-entered";
+    const name = asked === null ? "leader" : "leader of-entered";
     const [guide, line] = [svg("path", { class: `${name} guide` }), svg("path", { class: name })];
     this.#lines.append(guide, line);
     return { guide, line };

@@ -12,6 +12,7 @@ function start(element) {
   const button = element.querySelector("button");
   const status = element.querySelector("[role=status]");
   const place = element.querySelector(".viewer");
+  let opening = null; // a promise of what draws it, once it is asked for
   let viewer = null;
   let overlay = null;
   let waiting = 0;
@@ -47,16 +48,22 @@ function start(element) {
     place.hidden = false;
     button.setAttribute("aria-expanded", "true");
     status.textContent = element.dataset.waiting;
-    if (!viewer) {
-      const [{ createViewer }, { Overlay }] = await Promise.all([
-        import("./stage.js"),
-        import("./overlay.js"),
-        dress(element.dataset.style),
-      ]);
-      viewer = createViewer(place);
-      overlay = new Overlay(place, viewer);
-    }
-    await show();
+    opening ??= create().catch((error) => {
+      opening = null; // the next press tries again
+      throw error;
+    });
+    await opening;
+    if (!place.hidden) await show();
+  }
+
+  async function create() {
+    const [{ createViewer }, { Overlay }] = await Promise.all([
+      import("./stage.js"),
+      import("./overlay.js"),
+      dress(element.dataset.style),
+    ]);
+    viewer = createViewer(place);
+    overlay = new Overlay(place, viewer);
   }
 
   /** Fetches the view's style sheet, whose rules count from then on. */

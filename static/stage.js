@@ -50,7 +50,7 @@ export class Stage {
 
   /** Show the tape of the measurement that the reader turns to, if no region is chosen. */
   take(name) {
-    if (this.#inHand === name) return;
+    if (this.#region || this.#inHand === name) return;
     this.#inHand = name;
     this.#markRow();
     this.#lay();

@@ -26,9 +26,10 @@ export class Tapes {
   mesh = new Mesh(corners([], []), taped());
   /** @type {Laid[]} */
   laid = [];
-  #paths = []; // of each tape, on the body that the server made
+  #paths = []; // of each tape, on the body that it was laid on
   #points = []; // of each, the body's points that it goes with
-  #served = new Float32Array(); // the bands' corners on the body that the server made
+  #served = new Float32Array(); // the points of the body that they were laid on
+  #corners = new Float32Array(); // of the bands, on that body
   #owners = new Uint32Array(); // of each corner, where the point that it goes with begins
 
   constructor() {
@@ -53,15 +54,16 @@ export class Tapes {
           : smoothed(this.#points[i].map((v) => Array.from(shape.normals.subarray(3 * v, 3 * v + 3))));
       return { name, kind, normals, points: path.map((point) => [...point]) };
     });
+    this.#served = shape.served; // another body may come before its tapes do
     this.#build(rows);
     this.follow(shape);
   }
 
   /** Go with the body: what lies on it moves as the point beneath does. */
-  follow({ positions, served }) {
+  follow({ positions }) {
     const attribute = this.mesh.geometry.getAttribute("position");
     const { array } = attribute;
-    const [own, owners] = [this.#served, this.#owners];
+    const [own, owners, served] = [this.#corners, this.#owners, this.#served];
     for (let at = 0, corner = 0; corner < owners.length; corner += 1) {
       for (let k = owners[corner]; k < owners[corner] + 3; k += 1, at += 1) {
         array[at] = own[at] + positions[k] - served[k];
@@ -99,7 +101,7 @@ export class Tapes {
       for (const corner of laid.index) index.push(first + corner);
       for (const point of this.#points[tape]) owners.push(...Array(each).fill(3 * point));
     });
-    this.#served = Float32Array.from(positions);
+    this.#corners = Float32Array.from(positions);
     this.#owners = Uint32Array.from(owners);
     this.mesh.visible = index.length > 0;
     this.mesh.geometry = corners(positions, tints);

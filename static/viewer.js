@@ -112,7 +112,7 @@ class Viewer {
     if (first) {
       this.#camera.begin();
       this.#tell("front");
-    }
+    } else this.#camera.fitAgain();
     this.#draw();
     if (first) await this.#prepare([this.#figure.ground, this.#figure.skin]);
     this.#uncover(true);
@@ -173,6 +173,7 @@ class Viewer {
 
   /** Lay the tapes of some rows of the API's answer on the body, in place of those before. */
   lay(rows) {
+    if (!this.#shape) return;
     this.#tapes.lay(rows, this.#shape);
     this.#draw();
   }
@@ -302,11 +303,11 @@ class Viewer {
     if (this.#figure.update()) this.#tapes.follow(this.#shape);
     this.#camera.move(now);
     this.#render();
-    const took = performance.now() - began;
-    this.stats.script = took;
-    this.stats.slowest = Math.max(this.stats.slowest, took);
     this.#element.dispatchEvent(new CustomEvent("frame"));
     if (!this.#frame) this.#element.dispatchEvent(new CustomEvent("rest"));
+    const took = performance.now() - began; // what is written over the picture belongs to it
+    this.stats.script = took;
+    this.stats.slowest = Math.max(this.stats.slowest, took);
   }
 
   #render() {
@@ -341,6 +342,10 @@ class Viewer {
         turn: (azimuth, polar) => {
           this.#tell("");
           this.#camera.turn(azimuth, polar);
+        },
+        slide: (by) => {
+          this.#tell("");
+          this.#camera.slide(by);
         },
       },
       signal,

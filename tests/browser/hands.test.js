@@ -10,7 +10,7 @@ function pressed(key) {
     (verb) =>
     (...given) =>
       heard.push([verb, ...given]);
-  actionOf(key, { show: hear("show"), zoom: hear("zoom"), turn: hear("turn") })?.();
+  actionOf(key, { show: hear("show"), zoom: hear("zoom"), turn: hear("turn"), slide: hear("slide") })?.();
   return heard;
 }
 
@@ -33,6 +33,9 @@ test("what one arrow or sign does, its opposite undoes", () => {
   const [[, farther]] = pressed("-");
   assert.ok(nearer > 1 && Math.abs(nearer * farther - 1) < 1e-12);
   assert.deepEqual(pressed("="), pressed("+"));
+  const [[, higher]] = pressed("PageUp");
+  const [[, lower]] = pressed("PageDown");
+  assert.ok(higher > 0 && lower === -higher);
 });
 
 test("other keys stay the browser's", () => {

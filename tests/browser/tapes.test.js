@@ -220,3 +220,19 @@ test("tapes go with the skin beneath them, each with its own", () => {
   ]);
   assert.deepEqual(rows[0].path[1], [1, 0, 0]);
 });
+
+test("tapes go over to another body from the one that they were laid on", () => {
+  const served = Float32Array.from([0, 0, 0, 1, 0, 0, 1, 0, 1]);
+  const shape = { served, positions: served.slice(), normals: new Float32Array(9) };
+  const ring = { name: "ring", kind: "girth", asked: 1, path: [[0, 0, 0], [1, 0, 0], [1, 0, 1]] };
+  const tapes = new Tapes();
+  tapes.lay([ring], shape);
+  // The next body has come, half as large again, and its own tapes are still on their way.
+  shape.served = served.map((value) => 1.5 * value);
+  shape.positions.set(shape.served);
+  tapes.follow(shape);
+  assert.deepEqual(tapes.laid[0].points, [[0, 0, 0], [1.5, 0, 0], [1.5, 0, 1.5]]);
+  const after = ring.path.map((point) => point.map((value) => 1.5 * value));
+  tapes.lay([{ ...ring, path: after }], shape);
+  assert.deepEqual(tapes.laid[0].points, after);
+});

@@ -71,6 +71,10 @@ test("the keys do what the buttons do", async ({ page }) => {
   expect(drawn(near)).toBeGreaterThan(1.1 * drawn(focused));
   await page.keyboard.press("-");
   expect(difference(await look(page), focused)).toBeLessThan(0.005);
+  await page.keyboard.press("PageUp");
+  expect(difference(await look(page), focused)).toBeGreaterThan(0.03);
+  await page.keyboard.press("PageDown");
+  expect(difference(await look(page), focused)).toBeLessThan(0.005);
 });
 
 test("dragging and the zoom buttons move the body", async ({ page }) => {

@@ -166,6 +166,29 @@ test("units change on any step and come back to what was typed", async ({ page }
   await expect(page.locator("#stature")).toHaveValue("168");
 });
 
+test("the view in 3D opens once, however often its button is pressed while it comes", async ({
+  page,
+}) => {
+  await begin(page);
+  await page.locator("#stature").fill("168");
+  await page.locator(NEXT).click();
+  await page.goto("/measure/waist_girth");
+  let release;
+  const held = new Promise((resolve) => {
+    release = resolve;
+  });
+  await page.route(/build\/stage-/, async (route) => {
+    await held;
+    await route.continue();
+  });
+  for (let press = 0; press < 3; press += 1) await page.locator("#preview button").click();
+  release();
+  const viewer = page.locator("#viewer");
+  await expect(viewer).toHaveAttribute("data-state", "ready", { timeout: 30_000 });
+  await expect(viewer.locator("canvas")).toHaveCount(1);
+  await expect(viewer.locator(".tape-label")).toHaveCount(1);
+});
+
 test("the tape is shown in 3D on the person's own body, which changes as they type", async ({
   page,
 }) => {
