@@ -210,6 +210,8 @@ def hanging_picture() -> str:
         sign = Path(folder) / "hanging"
         (Path(folder) / "sitecustomize.py").write_text(HANGING)
         with Server({"PYTHONPATH": folder, "HANGING": str(sign)}) as server:
+            # The first may answer before the second is forked.
+            until(lambda: len(server.workers()) == 2, "the second process does not start")
             before = set(server.workers())
             sign.touch()
             with shoppers(server.port, 2) as answers:
