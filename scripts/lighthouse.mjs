@@ -28,7 +28,13 @@ const CATEGORIES = ["performance", "accessibility", "best-practices"];
 const LEAST = 95;
 const RUNS = 3;
 const SPARE = 4; // a browser now and then loses the beginning of what it records
-const PAGES = { start: "/", step: "/measure/waist_girth", avatar: "/avatar" };
+const PAGES = {
+  start: "/",
+  step: "/measure/waist_girth",
+  form: "/numbers",
+  review: "/review",
+  avatar: "/avatar",
+};
 
 /** The middle one of some runs by its performance, and how all of them did. */
 async function measure(url, cookie) {
