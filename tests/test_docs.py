@@ -15,6 +15,7 @@ import re
 import runpy
 import shlex
 import sys
+import warnings
 from pathlib import Path
 
 import pytest
@@ -73,7 +74,13 @@ def help_of(*words):
     run, words = (runpy.run_module, words[1:]) if words[0] == "-m" else (runpy.run_path, words)
     sys.argv = [*words, "--help"]
     try:
-        with contextlib.redirect_stdout(told), contextlib.suppress(SystemExit):
+        with (
+            contextlib.redirect_stdout(told),
+            contextlib.suppress(SystemExit),
+            warnings.catch_warnings(),
+        ):
+            # Another test may have imported it: that it is there twice is told, and does no harm.
+            warnings.simplefilter("ignore", RuntimeWarning)
             run(words[0], run_name="__main__")
     finally:
         sys.argv = arguments
