@@ -45,7 +45,8 @@ test("without a graphics processor the body in 3D waits for the reader's touch",
   await page.waitForTimeout(4000); // twice the rest after which it comes where one draws
   expect(files).toEqual([]);
   await ready(page);
-  expect(files).toHaveLength(1);
+  // How it bends comes by itself a moment later.
+  expect(files.filter((file) => !file.includes("live="))).toHaveLength(1);
 });
 
 test("the keys do what the buttons do", async ({ page }) => {
