@@ -66,12 +66,13 @@ TAPES: Mapping[str, Tape] = {
     "hip_girth": Girth(HIPS, BUTTOCKS, ("omphalion",), (0.0, 0.5), "widest", planes=9),
     "knee_girth": _limb(LEG, HIP, KNEE, (0.96, 1.02), "widest", planes=3),
     "ankle_girth": _limb(CALF, KNEE, ANKLE, (0.75, 0.97), "narrowest", planes=9),
-    # To under the jaw, but not the chin: on heavy people every lower plane grazes the shoulders.
+    # To under the jaw, but not the chin: on heavy people lower planes graze the shoulders, where a
+    # girth changes by much with little.
     "neck_girth": Girth(
         ("head_neck", "torso"),
         ("cervicale", "neck_front"),
         ("nape", "throat"),
-        (0.4, 1.3),
+        (0.7, 1.6),
         "narrowest",
         cut="slanted",
         planes=7,
@@ -89,7 +90,7 @@ TAPES: Mapping[str, Tape] = {
     ),
     "elbow_girth": _limb(ARM, ELBOW, WRIST, (-0.04, 0.04), "widest", planes=3),
     # About the navel, where the belly is fullest; further down it would read the hips.
-    "abdomen_girth": Girth(HIPS, ("omphalion",), ("underbust",), (-0.1, 0.2), "widest", planes=7),
+    "abdomen_girth": Girth(HIPS, ("omphalion",), ("underbust",), (-0.05, 0.2), "widest", planes=6),
     # Breasts may hang below the fold, where the tape passes behind them. On the template a nipple
     # is 5.4 cm from the fold, and on the heaviest bodies skin hangs that there lies 1.6 cm lower.
     "underbust_girth": Girth(

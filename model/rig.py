@@ -124,7 +124,12 @@ def load_rig(folder: Path = DATA) -> Rig:
 
 
 def posed(rig: Rig, body: Body, pose: Pose) -> Body:
-    """The body with some of its bones turned; it is not put on the floor again.
+    """The body with some of its bones turned, as `turned` does."""
+    return replace(body, vertices=turned(rig, body.vertices, pose))
+
+
+def turned(rig: Rig, vertices: Floats, pose: Pose) -> Floats:
+    """A skin with some bones turned, (V, 3) to (V, 3); it is not put on the floor again.
 
     Raises
     ------
@@ -133,12 +138,12 @@ def posed(rig: Rig, body: Body, pose: Pose) -> Body:
     """
     if unknown := [name for name in pose if name not in rig.names]:
         raise ValueError(f"no bone is called {unknown[0]!r}; the rig has {', '.join(rig.names)}")
-    turns, shifts = _frames(rig, rig.places(body.vertices), pose)
-    vertices = np.zeros_like(body.vertices)
+    turns, shifts = _frames(rig, rig.places(vertices), pose)
+    skin = np.zeros_like(vertices)
     for joint, weight in zip(rig.joints.T, rig.weights.T / WHOLE, strict=True):
-        moved = np.einsum("vij,vj->vi", turns[joint], body.vertices) + shifts[joint]
-        vertices += weight[:, None] * moved
-    return replace(body, vertices=vertices)
+        moved = np.einsum("vij,vj->vi", turns[joint], vertices) + shifts[joint]
+        skin += weight[:, None] * moved
+    return skin
 
 
 def arms_at(rig: Rig, body: Body, upper: float, lower: float | None = None) -> Pose:

@@ -70,7 +70,7 @@ def test_drawn_people_are_as_the_law_says() -> None:
     """Those of the survey's statistics, with the law that was learned from its people."""
     for sex in SEXES:
         estimator, people = load_estimators()[sex], people_like_the_survey(sex, 4000, 0)
-        for share in coverage_of(estimator, people, ("stature", "weight")).values():
+        for share in coverage_of(estimator.law, people, ("stature", "weight")).values():
             assert share.mean() == pytest.approx(0.8, abs=0.035)
 
 

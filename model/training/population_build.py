@@ -14,6 +14,7 @@ import numpy as np
 from joblib import Parallel, delayed
 from threadpoolctl import threadpool_limits
 
+from model.rig import RIG_FILE
 from model.template_mesh import DATA, TemplateMesh, load_template_mesh, template_mesh_from
 from model.training.anny_population import BlendShapes, load_blend_shapes
 from model.training.person_fit import FittedBody, draw_sliders, fit_body, local_deviations
@@ -68,12 +69,14 @@ def build(work: Path = WORK) -> None:
 def _recipe() -> str:
     """A name for everything that fitted bodies depend on: a change of any starts afresh."""
     here = Path(__file__).parent
-    sources = ["person_fit.py", "survey.py", "anny_population.py", "population_build.py"]
+    sources = ["person_fit.py", "stance.py", "survey.py", "anny_population.py"]
+    sources += ["population_build.py"]
     files = [here / name for name in sources]
     files += [
         DATA.parent / name for name in ("anthropometry.py", "tapes.py", "girths.py", "geometry.py")
     ]
-    files += [DATA / "landmarks.json", *(statistics_path(sex) for sex in SEXES)]
+    files += [DATA.parent / "rig.py", DATA / RIG_FILE, DATA / "landmarks.json"]
+    files += [statistics_path(sex) for sex in SEXES]
     digest = hashlib.sha256()
     for file in files:
         digest.update(file.read_bytes())

@@ -142,9 +142,10 @@ def errors_on_people(
 
 
 def most_telling(values: Floats, surface: Floats, names: Sequence[str], count: int) -> list[str]:
-    """The measurements that tell most of where the surface lies, stature first.
+    """The measurements that tell most of where the surface lies, stature among them.
 
-    One after another, always the one with which a linear law leaves the least squared distance.
+    One after another, always the one with which a linear law leaves the least squared distance;
+    then each but stature is exchanged for another for as long as that leaves less.
 
     Parameters
     ----------
@@ -153,18 +154,28 @@ def most_telling(values: Floats, surface: Floats, names: Sequence[str], count: i
     names : of the M measurements.
     count : how many are wanted.
     """
-    left = values - values.mean(axis=0)
-    unknown = surface - surface.mean(axis=0)
-    spreads = left.std(axis=0)
-    chosen: list[int] = []
+    scaled = (values - values.mean(axis=0)) / values.std(axis=0)
+    products = scaled.T @ scaled
+    with_surface = scaled.T @ (surface - surface.mean(axis=0))
+
+    def told(chosen: Sequence[int]) -> float:
+        by = with_surface[chosen]
+        # Some heights are sums of others: what follows from those already chosen tells nothing.
+        inverse = np.linalg.pinv(products[np.ix_(chosen, chosen)], rcond=1e-9, hermitian=True)
+        return float(np.sum(by * (inverse @ by)))
+
+    def best(kept: list[int]) -> list[int]:
+        rest = [place for place in range(len(names)) if place not in kept]
+        return [*kept, max(rest, key=lambda place: told([*kept, place]))]
+
+    chosen = [list(names).index("stature")]
     while len(chosen) < count:
-        # What is left of those already chosen, and of those that follow from them, is rounding.
-        sizes = np.linalg.norm(left, axis=0)
-        told = np.linalg.norm(left.T @ unknown, axis=1) / np.maximum(sizes, 1e-300)
-        told[sizes < 1e-6 * spreads] = 0
-        best = int(told.argmax()) if chosen else list(names).index("stature")
-        chosen.append(best)
-        direction = left[:, best] / sizes[best]
-        left = left - np.outer(direction, direction @ left)
-        unknown = unknown - np.outer(direction, direction @ unknown)
-    return [names[i] for i in chosen]
+        chosen = best(chosen)
+    tried = 0
+    while tried < count - 1:
+        # The second in turn leaves, and whichever tells most comes in at the end.
+        exchanged = best([chosen[0], *chosen[2:]])
+        gains = told(exchanged) > told(chosen) * (1 + 1e-9)
+        tried = 0 if gains else tried + 1
+        chosen = exchanged if gains else [chosen[0], *chosen[2:], chosen[1]]
+    return [names[place] for place in chosen]
