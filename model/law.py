@@ -99,7 +99,8 @@ class Law:
         weight, the others of what is left of each measurement given those; at the means' index.
     reach : the least and the most such difference that people were seen with; beyond it, bends
         and widenings stay as they are there.
-    factors : ndarray of shape (m,), by which deviations are multiplied: calibration.
+    factors, factor_slopes : ndarrays of shape (m,), by which deviations are multiplied, and how
+        the logarithm of that goes with the difference of the index: calibration.
     """
 
     names: tuple[str, ...]
@@ -110,6 +111,7 @@ class Law:
     covariance: Floats
     reach: tuple[float, float]
     factors: Floats
+    factor_slopes: Floats
 
     def given(
         self, known: MeasurementSet, noise: Mapping[str, float] | None = None, *, wide: bool = False
@@ -130,8 +132,17 @@ class Law:
             if noise and name in noise:
                 variances[self.names.index(name)] += (noise[name] / known[name]) ** 2
         means, covariances = self.given_rows(values, variances, wide=wide)
-        covariance = covariances[0] * np.outer(self.factors, self.factors)
-        return Given(self.names, means[0], covariance)
+        factors = self.calibration(means)[0]
+        return Given(self.names, means[0], covariances[0] * np.outer(factors, factors))
+
+    def calibration(self, means: Floats) -> Floats:
+        """By what the deviations of people with these means, (n, m), are multiplied: (n, m)."""
+        return self.factors * np.exp(self.factor_slopes * self.within(means)[:, None])
+
+    def within(self, means: Floats) -> Floats:
+        """How far the index that follows from means (n, m) differs, kept within reach: (n,)."""
+        apart = means[:, :2] - self.means[:2]
+        return np.clip(apart[:, 1] - 2 * apart[:, 0], *self.reach)
 
     def given_rows(
         self, logs: Floats, variances: Floats | float = LEAST_NOISE**2, *, wide: bool = False
@@ -167,7 +178,7 @@ class Law:
 
     def arrays(self) -> dict[str, Floats]:
         """Everything but the names, to be saved."""
-        kept = ("means", "slopes", "bends", "widenings", "covariance", "factors")
+        kept = ("means", "slopes", "bends", "widenings", "covariance", "factors", "factor_slopes")
         return {key: getattr(self, key) for key in kept} | {"reach": np.array(self.reach)}
 
     @classmethod

@@ -14,7 +14,13 @@ from model.training.fit_report import (
     not_entered_rows,
     regression,
 )
-from model.training.law_report import MIX_UPS, coverage_of, false_alarms, recognised
+from model.training.law_report import (
+    MIX_UPS,
+    coverage_of,
+    false_alarms,
+    procedure_rows,
+    recognised,
+)
 from model.training.survey import FROM_SURVEY, SEXES
 from model.training.validation import most_telling, people_like_the_survey
 
@@ -72,6 +78,15 @@ def test_drawn_people_are_as_the_law_says() -> None:
         estimator, people = load_estimators()[sex], people_like_the_survey(sex, 4000, 0)
         for share in coverage_of(estimator.law, people, ("stature", "weight")).values():
             assert share.mean() == pytest.approx(0.8, abs=0.035)
+
+
+def test_people_who_take_turns_are_held_against_laws_that_did_not_see_them() -> None:
+    people = np.stack(list(people_like_the_survey("female", 1000, 1).values()), axis=1)
+    rows = procedure_rows(people, SEVEN)
+    assert [row[0] for row in rows[:-1]] == [f"`{n}`" for n in FROM_SURVEY if n not in SEVEN]
+    shares = [float(row[1]) for row in rows]
+    assert shares == pytest.approx([0.8] * len(rows), abs=0.05)
+    assert shares[-1] == pytest.approx(np.mean(shares[:-1]), abs=0.001)
 
 
 def test_fits_and_doubts_of_a_few_people() -> None:

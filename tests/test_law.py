@@ -7,7 +7,7 @@ from scipy.stats import multivariate_normal
 from model.estimators import load_estimators
 from model.law import LEAST_NOISE, TAPE_NOISE, Law
 from model.measurements import MEASUREMENTS, MeasurementSet
-from model.training.law_fit import calibrated, law_of
+from model.training.law_fit import _factors, calibrated, law_of
 
 NAMES = ("stature", "weight", "bust_girth", "abdomen_girth", "hip_girth")
 
@@ -29,6 +29,7 @@ def planted() -> tuple[Law, np.ndarray]:
         covariance=covariance,
         reach=(-0.6, 0.6),
         factors=np.ones(5),
+        factor_slopes=np.zeros(5),
     )
     core = random.multivariate_normal(np.zeros(2), covariance[:2, :2], 20_000)
     difference = np.clip(core[:, 1] - 2 * core[:, 0], *law.reach)[:, None]
@@ -95,6 +96,24 @@ def test_calibration_mends_tails_that_are_not_normal() -> None:
     low, _, high = law.given(MeasurementSet({"stature": 1.7, "weight": 70})).range(names[2], 0.8)
     exact = np.log(high / low) / 2
     assert exact == pytest.approx(0.02 * 1.638, rel=0.05)  # the quantile of Student's law
+
+
+def test_calibration_goes_with_the_index() -> None:
+    random = np.random.default_rng(2)
+    within = random.uniform(-0.5, 0.5, 8000)
+    scores = np.abs(random.normal(size=(2, 8000, 2))) * 1.2
+    scores[:, :, 1] *= np.exp(0.6 * within)
+    scores[1, :, 0] = np.nan  # in the second subset the first measurement is known
+    factors, slopes = _factors(scores, within, np.ones(8000))
+    assert factors == pytest.approx([1.2, 1.2], rel=0.03)
+    assert slopes == pytest.approx([0, 0.6], abs=0.06)
+    law = replace(
+        load_estimators()["female"].law, factors=np.full(41, 1.2), factor_slopes=np.full(41, 0.6)
+    )
+    means = np.repeat(law.means[None], 3, axis=0)
+    means[:, 1] += [0, 0.1, 9]
+    reached = [0, 0.1, law.reach[1]]
+    assert law.calibration(means)[:, 5] == pytest.approx(1.2 * np.exp(0.6 * np.array(reached)))
 
 
 def test_a_noisy_value_says_less() -> None:

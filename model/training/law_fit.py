@@ -96,17 +96,13 @@ def law_of(names: Sequence[str], values: Floats, weights: Floats | None = None) 
         covariance=covariance,
         reach=(ends[0], ends[1]),
         factors=np.ones(len(names)),
+        factor_slopes=np.zeros(len(names)),
     )
 
 
 def _widenings(left: Floats, within: Floats, shares: Floats) -> Floats:
     """How deviations grow with the index; what chance makes of the slopes is taken back."""
-    sizes = np.log(np.abs(left) + 1e-4)
-    centred = within - shares @ within
-    slopes = (shares * centred) @ sizes / (shares @ centred**2)
-    rest = sizes - shares @ sizes - np.outer(centred, slopes)
-    effective = 1 / (shares**2).sum()
-    chance = (shares @ rest**2) / (effective * (shares @ centred**2))
+    slopes, chance = _slopes(left, within, shares)
     common = slopes[2:].mean()
     real = max(float(slopes[2:].var() - chance[2:].mean()), 0)
     slopes = common + real / (real + chance) * (slopes - common)
@@ -114,8 +110,24 @@ def _widenings(left: Floats, within: Floats, shares: Floats) -> Floats:
     return slopes
 
 
+def _slopes(left: Floats, within: Floats, shares: Floats) -> tuple[Floats, Floats]:
+    """How the logarithms of the sizes of (n, m) go with (n,), and the variances of that by chance.
+
+    `shares`, the weights, add up to 1.
+    """
+    sizes = np.log(np.abs(left) + 1e-4)
+    centred = within - shares @ within
+    slopes = (shares * centred) @ sizes / (shares @ centred**2)
+    rest = sizes - shares @ sizes - np.outer(centred, slopes)
+    effective = 1 / (shares**2).sum()
+    return slopes, (shares @ rest**2) / (effective * (shares @ centred**2))
+
+
 def calibrated(law: Law, values: Floats, weights: Floats | None = None) -> Law:
     """The law with factors by which four of five values lie within its ranges of 80 %.
+
+    They go with the body-mass index: how deviations widen with it is learned where stature and
+    weight are known, and is less so where girths are too.
 
     Parameters
     ----------
@@ -128,9 +140,10 @@ def calibrated(law: Law, values: Floats, weights: Floats | None = None) -> Law:
         _scores(law_of(law.names, values[fold != one], shares[fold != one]), values[fold == one])
         for one in range(FOLDS)
     ]
-    scores = np.concatenate(parts, axis=1)
     order = np.concatenate([np.flatnonzero(fold == one) for one in range(FOLDS)])
-    return replace(law, factors=_factors(scores, shares[order]))
+    scores = np.concatenate(parts, axis=1)[:, np.argsort(order)]
+    factors, factor_slopes = _factors(scores, law.within(np.log(values)), shares)
+    return replace(law, factors=factors, factor_slopes=factor_slopes)
 
 
 def _scores(law: Law, values: Floats) -> Floats:
@@ -148,19 +161,32 @@ def _scores(law: Law, values: Floats) -> Floats:
     return scores
 
 
-def _factors(scores: Floats, shares: Floats) -> Floats:
-    """By what deviations have to be multiplied for four of five values to lie in their ranges."""
-    factors = np.ones(scores.shape[2])
+def _factors(scores: Floats, within: Floats, shares: Floats) -> tuple[Floats, Floats]:
+    """By what deviations have to be multiplied for four of five values to lie in their ranges.
+
+    Parameters
+    ----------
+    scores : ndarray of shape (subsets, n, m), from :func:`_scores`.
+    within : ndarray of shape (n,), how the people's indices differ from that of the means.
+    shares : ndarray of shape (n,), their weights.
+
+    Returns
+    -------
+    factors, slopes : ndarrays of shape (m,), as in `Law`.
+    """
+    factors, slopes = np.ones(scores.shape[2]), np.zeros(scores.shape[2])
     for i, mine in enumerate(scores.transpose(2, 0, 1)):
-        there = ~np.isnan(mine)
-        if there.any():
-            size, weight = mine[there], np.broadcast_to(shares, mine.shape)[there]
+        told = mine[~np.isnan(mine).any(axis=1)]
+        if len(told):
+            slopes[i] = _slopes(told.T, within, shares / shares.sum())[0].mean()
+            size = (told / np.exp(slopes[i] * within)).ravel()
+            weight = np.tile(shares, len(told))
             order = np.argsort(size)
             share = np.cumsum(weight[order]) / weight.sum()
             factors[i] = np.interp(RANGE_SHARE, share, size[order]) / norm.ppf(
                 (1 + RANGE_SHARE) / 2
             )
-    return factors
+    return factors, slopes
 
 
 # ---------------------------------------------------------------- real people
@@ -198,12 +224,16 @@ def write_survey_laws(folder: Path) -> int:
     return sum(len(values) for values in seen.values())
 
 
-_NUMBERS = ("mean", "by_stature", "by_weight", "bend", "widening", "factor", "lowest", "highest")
+_NUMBERS = (
+    *("mean", "by_stature", "by_weight", "bend", "widening", "factor", "factor_slope"),
+    *("lowest", "highest"),
+)
 
 
 def _write_law(law: Law, path: Path) -> None:
     ends = np.tile(law.reach, (len(law.names), 1))
-    columns = [law.means, *law.slopes.T, law.bends, law.widenings, law.factors, *ends.T]
+    columns = [law.means, *law.slopes.T, law.bends, law.widenings, law.factors]
+    columns += [law.factor_slopes, *ends.T]
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["measurement", *_NUMBERS, *law.names])
@@ -227,6 +257,7 @@ def load_survey_law(kind: BodyKind) -> Law:
         covariance=np.stack([column[name] for name in names], axis=1),
         reach=(float(column["lowest"][0]), float(column["highest"][0])),
         factors=column["factor"],
+        factor_slopes=column["factor_slope"],
     )
 
 
@@ -260,8 +291,8 @@ def joint_law(surveyed: Law, values: Floats) -> Law:
     bodies = law_of(TAKEN, values)
     widenings = bodies.widenings
     widenings[some] = surveyed.widenings
-    factors = np.ones(len(TAKEN))
-    factors[some] = surveyed.factors
+    factors, slopes = np.ones(len(TAKEN)), np.zeros(len(TAKEN))
+    factors[some], slopes[some] = surveyed.factors, surveyed.factor_slopes
     law = Law(
         names=TAKEN,
         means=means,
@@ -271,6 +302,8 @@ def joint_law(surveyed: Law, values: Floats) -> Law:
         covariance=covariance,
         reach=surveyed.reach,
         factors=factors,
+        factor_slopes=slopes,
     )
-    factors[others] = _factors(_scores(law, values), np.ones(len(values)))[others]
+    of_bodies = _factors(_scores(law, values), law.within(logs), np.ones(len(values)))
+    factors[others], slopes[others] = (part[others] for part in of_bodies)
     return law

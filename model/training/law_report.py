@@ -39,7 +39,7 @@ def coverage_of(
     for name in entered:
         logs[:, law.names.index(name)] = np.log(values[name])
     means, covariances = law.given_rows(logs)
-    deviations = law.factors * np.sqrt(np.maximum(np.einsum("nii->ni", covariances), 0))
+    deviations = np.sqrt(np.maximum(np.einsum("nii->ni", covariances), 0)) * law.calibration(means)
     reach = norm.ppf((1 + RANGE_SHARE) / 2)
     inside = {}
     for name, own in values.items():

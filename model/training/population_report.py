@@ -16,6 +16,7 @@ from model.template_mesh import DATA, Body, load_template_mesh
 from model.training.person_fit import RELAXED, TOLERANCES, USUAL_TOLERANCE, targets
 from model.training.population import Population
 from model.training.population_files import FORM_COLUMNS
+from model.training.stance import FEET
 from model.training.survey import (
     BODY_MASS_INDEX,
     INDEX_BANDS,
@@ -63,6 +64,14 @@ def write_population_report(population: Population, docs: Path) -> None:
             "Written by `make report`; do not edit. "
             f"Population of {population.date}, seed {population.seed}.",
             _how_many(population),
+            "## One stance",
+            "How somebody stands is no shape, and tapes do not tell it. So all bodies are put into "
+            "one stance by the skeleton that the avatar's file carries "
+            "(`model/training/stance.py`): each ankle's joint "
+            f"{FEET * 100:.1f} % of stature from the middle and below the hip, the lines from hips "
+            "to neck and from neck to head as upright, arms as far out. Then they are fitted once "
+            "more, by what that moved. Curved backs, bowed legs and round shoulders stay each "
+            "body's own.",
             "## How it looks",
             "From thin to heavy, in front view and profile: women, then men; of each build a "
             "shorter and a taller person. Under each body: stature in cm and body-mass index.",
