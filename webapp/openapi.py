@@ -5,7 +5,7 @@ from webapp.comparisons import SIDES
 from webapp.openapi_schemas import Schema, object_of, ref, schemas
 from webapp.units import UNITS
 
-VERSION = "1.0.0"
+VERSION = "1.1.0"
 
 BUSY = "As many wait as may; Retry-After says when to come again."
 
