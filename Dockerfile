@@ -12,11 +12,10 @@ COPY static static
 RUN npm run --silent build
 
 FROM python:3.13-slim AS packages
-RUN apt-get update && apt-get install -y --no-install-recommends gcc g++ \
-    && rm -rf /var/lib/apt/lists/*
 COPY requirements.txt .
+# Each has a wheel for these machines: nothing is compiled.
 RUN python -m venv /venv \
-    && /venv/bin/pip install --no-cache-dir --no-deps --require-hashes -r requirements.txt
+    && /venv/bin/pip install --no-cache-dir --no-deps --require-hashes --only-binary :all: -r requirements.txt
 
 FROM python:3.13-slim
 COPY Aptfile .

@@ -107,14 +107,14 @@ format: $(DEV)
 	@$(BIN)/ruff check --fix-only --quiet
 	@$(BIN)/ruff format
 
-train: $(SITE)
+train: $(DEV)
 	@$(BIN)/python -m model.training train $(ARGS)
 
-report: $(SITE)
+report: $(DEV)
 	@scripts/require.sh osmesa
 	@$(BIN)/python -m model.training report $(ARGS)
 
-guide: $(SITE)
+guide: $(DEV)
 	@scripts/require.sh osmesa
 	@$(BIN)/python -m model.training measurements
 	@$(BIN)/python -m model.training guide

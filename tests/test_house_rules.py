@@ -295,8 +295,11 @@ def test_every_package_of_a_site_has_hashes(lock):
 
 
 def names(requirements):
-    """Names of packages in requirement lines such as `flask>=3.1`."""
-    return {re.match(r"[\w.-]+", line)[0].lower() for line in requirements}
+    """Names of packages in requirement lines such as `flask>=3.1`, and in groups named there."""
+    groups = [line["include-group"] for line in requirements if isinstance(line, dict)]
+    lines = [line for line in requirements if isinstance(line, str)]
+    lines += [line for group in groups for line in PYPROJECT["dependency-groups"][group]]
+    return {re.match(r"[\w.-]+", line)[0].lower() for line in lines}
 
 
 def test_the_lock_files_cover_what_is_declared():
@@ -314,6 +317,14 @@ def test_a_site_installs_neither_anny_nor_pytorch():
     for lock in LOCKS[:2]:
         packages = dict(licences.locked((ROOT / lock).read_text()))
         assert packages.keys().isdisjoint({"anny", "torch"})
+
+
+def test_a_site_installs_nothing_that_only_training_needs():
+    runtime, dev, population = (dict(licences.locked((ROOT / lock).read_text())) for lock in LOCKS)
+    assert "pygeodesic" not in runtime
+    training = names(PYPROJECT["dependency-groups"]["training"])
+    assert training <= dev.keys()
+    assert training <= population.keys()
 
 
 def test_pyopengl_is_the_one_that_renders():

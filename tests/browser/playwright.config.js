@@ -21,6 +21,10 @@ const root = path.resolve(path.dirname(fileURLToPath(import.meta.url)), "../..")
 process.env.TEST_PORT ??= freePort();
 const baseURL = process.env.BASE_URL ?? `http://127.0.0.1:${process.env.TEST_PORT}`;
 
+// The body is drawn without a graphics card; that the page around it is put together so too would
+// only take time.
+const options = launchOptions();
+
 export default defineConfig({
   testDir: ".",
   testMatch: "*.spec.js",
@@ -38,7 +42,7 @@ export default defineConfig({
     baseURL,
     browserName: "chromium",
     locale: "en-GB",
-    launchOptions: launchOptions(),
+    launchOptions: { ...options, args: [...options.args, "--disable-gpu-compositing"] },
   },
   webServer: process.env.BASE_URL
     ? undefined
