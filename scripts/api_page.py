@@ -15,6 +15,7 @@ sys.path.insert(0, str(ROOT))
 
 from webapp import openapi
 from webapp.openapi_schemas import Schema
+from written_page import write_or_compare
 
 MOST_CHOICES = 12
 """Of a member's values: more are not written out."""
@@ -129,15 +130,7 @@ def _listed(names: dict[str, Schema]) -> str:
 
 def main(arguments: list[str]) -> int:
     """Write the page, or say whether it is up to date."""
-    text = page()
-    if "--write" in arguments:
-        PAGE.write_text(text)
-        print(f"wrote {PAGE.relative_to(ROOT)}")
-        return 0
-    if PAGE.read_text() != text:
-        print(f"{PAGE.relative_to(ROOT)} is out of date; run: make api", file=sys.stderr)
-        return 1
-    return 0
+    return write_or_compare(PAGE, page(), arguments, "make api")
 
 
 if __name__ == "__main__":

@@ -17,6 +17,8 @@ from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 
+from written_page import write_or_compare
+
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "licences.md"
 
@@ -226,15 +228,7 @@ def main(arguments: list[str]) -> int:
     except UnknownLicence as unknown:
         print(f"error: not known to allow commercial use: {unknown}", file=sys.stderr)
         return 1
-    if "--write" in arguments:
-        PAGE.parent.mkdir(exist_ok=True)
-        PAGE.write_text(text)
-        print(f"wrote {PAGE.relative_to(ROOT)}")
-        return 0
-    if PAGE.read_text() != text:
-        print(f"{PAGE.relative_to(ROOT)} is out of date; run: make licences", file=sys.stderr)
-        return 1
-    return 0
+    return write_or_compare(PAGE, text, arguments, "make licences")
 
 
 if __name__ == "__main__":

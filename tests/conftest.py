@@ -38,16 +38,16 @@ WOMAN = {
 SLOWEST = (
     "test_scans",
     "test_mesh_repair",
-    "test_tape_fit",
+    "test_refinement",
+    "test_scans_registration",
     "test_api",
-    "test_anthropometry",
+    "test_tape_fit",
+    "test_comparisons",
+    "test_silhouettes_bench",
+    "test_delivery",
+    "test_masks",
     "test_limits",
     "test_replicas",
-    "test_paper_report",
-    "test_comparisons",
-    "test_tape_pictures",
-    "test_rendering",
-    "test_geodesics",
 )
 """Files that take the longest. They go first: what is left for the last one to finish is short."""
 
