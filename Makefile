@@ -18,7 +18,8 @@
 #   make frames      what each picture of the body in 3D costs, at rest, dragged and turning
 #   make fuzz        50,000 generated requests, none of which may be answered 5xx
 #   make faults      a real server, broken in the ways in which servers break
-#   make audit       known weaknesses of the locked packages, where the registries tell of them
+#   make audit       newer versions and known weaknesses of the locked packages, where the registries
+#                    tell of them
 #   make api         docs/api.md, from the site's OpenAPI document
 #   make licences    docs/licences.md, from the metadata of what is installed
 #   make lock        the lock files, from pyproject.toml
@@ -151,7 +152,10 @@ population: $(POPULATION)
 	@$(POPULATION_VENV)/bin/python -m model.training population $(ARGS)
 
 # A package that cannot be looked up is a failure too: silence is no answer.
-audit: $(NODE_MODULES)
+audit: $(SITE) $(NODE_MODULES)
+	@echo "Newer than what is locked:"
+	@$(BIN)/python -m pip list --disable-pip-version-check --outdated --exclude pip --exclude setuptools
+	@npm outdated || true
 	@scripts/require.sh venv $(AUDIT_VENV)
 	@$(AUDIT_VENV)/bin/python -m pip install -qq --disable-pip-version-check pip-audit
 	@$(AUDIT_VENV)/bin/pip-audit --strict --require-hashes --disable-pip -r requirements.txt

@@ -46,6 +46,13 @@ Drive = Callable[[Served, int, int], "Load"]
 DRAWING = 2
 """Clients that want pictures all the while: one is always being drawn."""
 
+BESIDE: Mapping[str, tuple[str, str, Mapping[str, object] | None]] = {
+    "health check": ("GET", "/healthz", None),
+    "page": ("GET", "/numbers", None),
+    "avatar": ("POST", "/api/v1/avatars", WOMAN),
+}
+"""What is asked for meanwhile: nothing, a page, and a body's numbers."""
+
 
 @dataclass(frozen=True, slots=True)
 class Load:
@@ -201,12 +208,27 @@ def _driven(second: ProcessPoolExecutor, workers: int) -> Iterator[tuple[Drive, 
 
 
 def _compare(driven: Drive, clients: Sequence[int], requests: int) -> None:
-    """Prints how the site does beside the plain page."""
-    _print_head()
+    """Prints how the site does beside the plain page, as a table of docs/hosting.md."""
+    print(
+        "| clients | answers a second | median | 95 % | a plain page is so much faster | answers |"
+        "\n|---:|---:|---:|---:|---:|---|"
+    )
     for count in clients:
         base = driven("plain", count, requests)
-        _print_row("plain page", base, base)
-        _print_row("the mix", driven("site", count, requests), base)
+        load = driven("site", count, requests)
+        answers = ", ".join(
+            f"{status or 'none'}: {n}" for status, n in sorted(load.answers.items())
+        )
+        print(
+            f"| {count} | {load.rate:.1f} | {_ms(load.quantile(0.5))} | {_ms(load.quantile(0.95))} "
+            f"| {base.rate / load.rate:.0f} × | {answers} |",
+            flush=True,
+        )
+
+
+def _ms(seconds: float) -> str:
+    """Milliseconds, or seconds where there are many."""
+    return f"{seconds * 1e3:.0f} ms" if seconds < 0.5 else f"{seconds:.1f} s"
 
 
 def _beside_pictures(second: ProcessPoolExecutor, pictures: int) -> None:
@@ -215,43 +237,31 @@ def _beside_pictures(second: ProcessPoolExecutor, pictures: int) -> None:
 
         def meanwhile(count: int) -> dict[str, list[float]]:
             drawing = second.submit(drive, site.port, DRAWING, count, ["picture"], b"")
-            took: dict[str, list[float]] = {"/healthz": [], "/": []}
-            while not drawing.done() or len(took["/"]) < 100:
-                for path, times in took.items():
+            took: dict[str, list[float]] = {kind: [] for kind in BESIDE}
+            while not drawing.done() or len(took["page"]) < 100:
+                for kind, times in took.items():
                     start = time.perf_counter()
-                    if ask(site.port, "GET", path).status != 200:
-                        raise RuntimeError(f"no answer at {path}")
+                    if ask(site.port, *BESIDE[kind]).status != 200:
+                        raise RuntimeError(f"no answer to a {kind}")
                     times.append(time.perf_counter() - start)
             drawn = drawing.result().answers.get(200, 0)
-            for path, times in took.items():
-                middle, most = (np.quantile(times, share) * 1e3 for share in (0.5, 0.95))
-                print(
-                    f"{drawn:>8} pictures   {path:10}{middle:>6.0f} ms, 95 % within {most:.0f}, "
-                    f"all {len(times)} within {max(times) * 1e3:.0f}",
-                    flush=True,
-                )
+            if drawn < count:
+                raise RuntimeError(f"{drawn} of {count} pictures were drawn")
             return took
 
         second.submit(drive, site.port, 1, 3, ["picture"], b"").result()
-        print(f"\nOne worker, asked for other things one by one; {DRAWING} clients want pictures:")
-        alone, busy = meanwhile(0), meanwhile(pictures)
-        ratio = {path: np.median(busy[path]) / np.median(alone[path]) for path in alone}
-        print("Beside pictures: " + ", ".join(f"{path} {r:.1f}×" for path, r in ratio.items()))
-
-
-def _print_head() -> None:
+        alone, beside = meanwhile(0), meanwhile(pictures)
     print(
-        f"{'':12}{'clients':>8}{'a second':>10}{'median':>11}{'95 %':>11}"
-        f"{'beside plain':>14}   answers"
+        f"\nOne worker, asked for other things one by one, while {DRAWING} clients want {pictures} "
+        "pictures of it:\n\n"
+        "| | alone, median | 95 % | beside pictures, median | 95 % | all within | median, ratio |\n"
+        "|---|---:|---:|---:|---:|---:|---:|"
     )
-
-
-def _print_row(words: str, load: Load, base: Load) -> None:
-    answers = ", ".join(f"{status or 'none'}: {n}" for status, n in sorted(load.answers.items()))
-    print(
-        f"{words:12}{load.clients:>8}{load.rate:>10.1f}{load.quantile(0.5) * 1e3:>8.0f} ms"
-        f"{load.quantile(0.95) * 1e3:>8.0f} ms{base.rate / load.rate:>13.1f}×   {answers}"
-    )
+    for kind in BESIDE:
+        quiet, busy = alone[kind], beside[kind]
+        cells = [_ms(float(np.quantile(t, q))) for t in (quiet, busy) for q in (0.5, 0.95)]
+        ratio = np.median(busy) / np.median(quiet)
+        print(f"| {kind} | {' | '.join(cells)} | {_ms(max(busy))} | {ratio:.1f} × |", flush=True)
 
 
 def _print_kinds(load: Load) -> None:
