@@ -24,6 +24,7 @@ from PIL import Image, ImageDraw
 
 from bench.measuring import busy, cores
 from bench.serving import Answer, Server, ask, ask_on
+from bench.tables import printed, put
 
 WOMAN: Mapping[str, object] = {
     "body": "female",
@@ -159,16 +160,25 @@ def main(arguments: Sequence[str]) -> None:
         "--memory", type=int, default=5000, help="requests over which it is watched"
     )
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--write", action="store_true", help="the tables into docs/hosting.md")
     options = parser.parse_args(arguments)
+    tables = []
     with ProcessPoolExecutor(1, get_context("spawn")) as second:
         with _driven(second, options.workers) as (driven, server):
-            _compare(driven, options.clients, options.requests)
+            tables.append(printed(_compare(driven, options.clients, options.requests)))
             print()
             _print_kinds(driven("site", 1, options.requests))
             if options.memory:
                 _watch(server, lambda count: driven("site", 8, count), options.memory)
         if options.pictures:
-            _beside_pictures(second, options.pictures)
+            print(
+                f"\nOne worker, asked for other things one by one; {DRAWING} clients want "
+                f"{options.pictures} pictures of it:\n"
+            )
+            tables.append(printed(_beside_pictures(second, options.pictures)))
+    if options.write:
+        for table in tables:
+            put(table)
 
 
 def shortly(requests: int) -> None:
@@ -181,7 +191,7 @@ def shortly(requests: int) -> None:
         ProcessPoolExecutor(1, get_context("spawn")) as second,
         _driven(second, workers=2) as (driven, _),
     ):
-        _compare(driven, CLIENTS, requests)
+        printed(_compare(driven, CLIENTS, requests))
 
 
 @contextmanager
@@ -207,22 +217,19 @@ def _driven(second: ProcessPoolExecutor, workers: int) -> Iterator[tuple[Drive, 
         yield driven, site
 
 
-def _compare(driven: Drive, clients: Sequence[int], requests: int) -> None:
-    """Prints how the site does beside the plain page, as a table of docs/hosting.md."""
-    print(
-        "| clients | answers a second | median | 95 % | a plain page is so much faster | answers |"
-        "\n|---:|---:|---:|---:|---:|---|"
-    )
+def _compare(driven: Drive, clients: Sequence[int], requests: int) -> Iterator[str]:
+    """How the site does beside the plain page, row by row."""
+    yield "| clients | answers a second | median | 95 % | beside a plain page | answers |"
+    yield "|---:|---:|---:|---:|---:|---|"
     for count in clients:
         base = driven("plain", count, requests)
         load = driven("site", count, requests)
         answers = ", ".join(
             f"{status or 'none'}: {n}" for status, n in sorted(load.answers.items())
         )
-        print(
+        yield (
             f"| {count} | {load.rate:.1f} | {_ms(load.quantile(0.5))} | {_ms(load.quantile(0.95))} "
-            f"| {base.rate / load.rate:.0f} × | {answers} |",
-            flush=True,
+            f"| {base.rate / load.rate:.0f} × | {answers} |"
         )
 
 
@@ -231,8 +238,8 @@ def _ms(seconds: float) -> str:
     return f"{seconds * 1e3:.0f} ms" if seconds < 0.5 else f"{seconds:.1f} s"
 
 
-def _beside_pictures(second: ProcessPoolExecutor, pictures: int) -> None:
-    """Prints what others wait at a worker while it draws one picture after the other."""
+def _beside_pictures(second: ProcessPoolExecutor, pictures: int) -> Iterator[str]:
+    """What others wait at a worker while it draws one picture after the other, row by row."""
     with Server({"WEB_CONCURRENCY": "1"}) as site:
 
         def meanwhile(count: int) -> dict[str, list[float]]:
@@ -251,17 +258,13 @@ def _beside_pictures(second: ProcessPoolExecutor, pictures: int) -> None:
 
         second.submit(drive, site.port, 1, 3, ["picture"], b"").result()
         alone, beside = meanwhile(0), meanwhile(pictures)
-    print(
-        f"\nOne worker, asked for other things one by one, while {DRAWING} clients want {pictures} "
-        "pictures of it:\n\n"
-        "| | alone, median | 95 % | beside pictures, median | 95 % | all within | median, ratio |\n"
-        "|---|---:|---:|---:|---:|---:|---:|"
-    )
+    yield "| | alone, median | 95 % | beside pictures, median | 95 % | all within | median, ratio |"
+    yield "|---|---:|---:|---:|---:|---:|---:|"
     for kind in BESIDE:
         quiet, busy = alone[kind], beside[kind]
         cells = [_ms(float(np.quantile(t, q))) for t in (quiet, busy) for q in (0.5, 0.95)]
         ratio = np.median(busy) / np.median(quiet)
-        print(f"| {kind} | {' | '.join(cells)} | {_ms(max(busy))} | {ratio:.1f} × |", flush=True)
+        yield f"| {kind} | {' | '.join(cells)} | {_ms(max(busy))} | {ratio:.1f} × |"
 
 
 def _print_kinds(load: Load) -> None:

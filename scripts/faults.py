@@ -19,7 +19,7 @@ import tempfile
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
@@ -29,6 +29,7 @@ sys.path.insert(0, str(ROOT))
 
 from bench.load import WOMAN, comparison, outline
 from bench.serving import Answer, Server, Shopper, ask, nginx
+from bench.tables import printed, put
 from model.checksums import FILES
 from model.template_mesh import DATA
 
@@ -383,22 +384,40 @@ FAULTS = {
 }
 
 
-def main() -> None:
-    """Breaks, and prints a table."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("names", nargs="*", choices=[f.__name__ for f in FAULTS.values()] + [[]])
-    options = parser.parse_args()
-    print("| fault | what came of it |\n|---|---|")
+def rows(names: Container[str]) -> Iterator[str]:
+    """Breaks, and tells of each fault in a row.
+
+    Raises
+    ------
+    SystemExit
+        Where something is not as it should be, and at the end where a fault could not be tried.
+    """
+    yield "| fault | what came of it |"
+    yield "|---|---|"
     left_out = 0
     for words, fault in FAULTS.items():
-        if not options.names or fault.__name__ in options.names:
+        if fault.__name__ in names:
             try:
                 came = fault()
             except NotTried as why:
                 came, left_out = f"**not tried**: {why}", left_out + 1
-            print(f"| {words} | {came} |", flush=True)
+            yield f"| {words} | {came} |"
     if left_out:
         raise SystemExit(f"{left_out} not tried: they count as not passed")
+
+
+def main() -> None:
+    """Breaks, and prints a table."""
+    every = [fault.__name__ for fault in FAULTS.values()]
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("names", nargs="*", choices=[*every, []])
+    parser.add_argument("--write", action="store_true", help="the whole table into docs/hosting.md")
+    options = parser.parse_args()
+    if options.write and options.names:
+        parser.error("what is written is the whole table")
+    table = printed(rows(options.names or every))
+    if options.write:
+        put(table)
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 import io
 import mmap
 import os
+import re
 from collections import Counter
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from werkzeug.formparser import parse_form_data
 
 from bench.load import MIX, Load, comparison
 from bench.serving import memory_of
+from bench.tables import HOSTING, printed, put
 
 MEGABYTE = 2**20
 
@@ -58,3 +60,21 @@ def test_what_a_forked_process_has_of_its_parent_is_shared():
     finally:
         os.write(said, b".")
         os.waitpid(child, 0)
+
+
+def test_a_table_takes_the_place_of_the_one_with_its_head(tmp_path, capsys):
+    page = tmp_path / "page.md"
+    page.write_text("Words.\n\n| a | b |\n|---|---|\n| old | 1 |\n\n| a |\n|---|\n| kept |\n")
+    table = printed(["| a | b |", "|---|---|", r"| new \1 | 2 |", "| more | 3 |"])
+    assert capsys.readouterr().out == table
+    put(table, page)
+    assert page.read_text() == f"Words.\n\n{table}\n| a |\n|---|\n| kept |\n"
+    with pytest.raises(ValueError, match="0 tables with the head"):
+        put("| c |\n|---|\n", page)
+
+
+@pytest.mark.parametrize(
+    "head", ["| clients | answers a second |", "| | alone, median |", "| fault |"]
+)
+def test_the_page_has_the_tables_that_are_put_there(head):
+    assert len(re.findall(rf"^{re.escape(head)}", HOSTING.read_text(), re.MULTILINE)) == 1
