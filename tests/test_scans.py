@@ -31,7 +31,7 @@ from webapp import environment
 
 ROOT = Path(__file__).resolve().parent.parent
 
-PER_SEX = 4
+PER_SEX = 6
 
 LARGEST_INDEX = 40
 """Of body mass, in kg/m²: what the survey's people have."""
@@ -125,7 +125,7 @@ def said(output):
 
 def test_it_says_what_it_found(output):
     text = said(output)
-    assert "4 female and 4 male scans; work on 2 threads of the Dask cluster at tcp://" in text
+    assert "6 female and 6 male scans; work on 2 threads of the Dask cluster at tcp://" in text
     assert "mesh: 12500 vertices and 25002 faces, after repair 12503 and 25002" in text
     assert "edges of more than two faces, parted: 3 (edge" in text
     assert "unit m: statures 1." in text
@@ -192,7 +192,7 @@ def test_the_site_starts_on_it(output, make_site):
         rows = {row["name"]: row for row in answer.json["measurements"]}
         assert set(rows) == set(TAKEN)
         assert answer.json["estimator"]["trained_on"].startswith(
-            "registered scans: 4 female, 4 male; "
+            "registered scans: 6 female, 6 male; "
         )
     answer = client.post("/api/v1/avatars.glb", json={"measurements": asked, "body": "female"})
     assert answer.data[:4] == b"glTF"
