@@ -75,6 +75,28 @@ export function middleSlope(positions, azimuth, { distance, height }) {
 }
 
 /**
+ * The least slope of a lens with which all of a body is in the frame, wherever it is seen from.
+ *
+ * @param {Float32Array} positions three numbers a point
+ * @param {{azimuth: number, polar: number, distance: number, height: number}} orbit
+ * @param {number} aspect width over height of the frame
+ */
+export function reach(positions, { azimuth, polar, distance, height }, aspect) {
+  const [right, back] = [Math.cos(azimuth), Math.sin(azimuth)];
+  const [flat, above] = [Math.sin(polar), Math.cos(polar)];
+  let most = 0;
+  for (let i = 0; i < positions.length; i += 3) {
+    const y = positions[i + 1] - height;
+    const nearer = positions[i] * back + positions[i + 2] * right;
+    const depth = distance - flat * nearer - above * y;
+    const up = Math.abs(flat * y - above * nearer);
+    const across = Math.abs(positions[i] * right - positions[i + 2] * back) / aspect;
+    most = Math.max(most, Math.max(up, across) / depth);
+  }
+  return most;
+}
+
+/**
  * How near the camera comes to show a part of a body.
  *
  * @param {{low: number, high: number, radius: number}} part heights, and how far it reaches

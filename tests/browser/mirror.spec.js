@@ -277,6 +277,67 @@ test("the server's body takes over without a jump, and is then shown to the last
   await request.dispose();
 });
 
+test("a body that grows stays in the frame before the server's comes", async ({ page }) => {
+  await page.emulateMedia({ reducedMotion: "reduce" }); // only what the drag moves, moves
+  await openLive(page);
+  let held = null; // while a height is dragged, what the server is told waits
+  await page.route("**/avatar.json", async (route) => {
+    await held;
+    await route.continue();
+  });
+  /** Of each picture of a drag from 168 cm to 200: where crown and soles are seen. */
+  const drag = async () => {
+    let release;
+    held = new Promise((resolve) => {
+      release = resolve;
+    });
+    const seen = await inViewer(page, async (viewer) => {
+      const element = document.querySelector("#viewer");
+      const input = document.querySelector("#edit-stature");
+      const pictures = [];
+      for (let stature = 168; stature <= 200; stature += 2) {
+        const drawn = new Promise((resolve) => {
+          element.addEventListener("frame", resolve, { once: true });
+        });
+        input.value = String(stature);
+        input.dispatchEvent(new Event("input", { bubbles: true }));
+        await drawn;
+        const heights = viewer.vertices.filter((_, i) => i % 3 === 1);
+        const [crown, soles] = [Math.max(...heights), Math.min(...heights)];
+        pictures.push([crown, soles].map((y) => viewer.see([0, y, 0]).y));
+      }
+      return pictures;
+    });
+    const answered = page.waitForResponse((answer) => answer.url().endsWith("/avatar.glb"));
+    release();
+    await answered;
+    return seen;
+  };
+  const bottom = await page.locator("#viewer").evaluate(({ clientHeight }) => clientHeight);
+  const expectInside = (seen) => {
+    seen.forEach(([crown, soles], i) => {
+      expect(crown).toBeGreaterThan(0);
+      expect(soles).toBeLessThan(bottom);
+      const before = seen[Math.max(0, i - 1)];
+      expect(Math.abs(crown - before[0])).toBeLessThan(0.015 * bottom);
+      expect(Math.abs(soles - before[1])).toBeLessThan(0.015 * bottom);
+    });
+  };
+  expectInside(await drag());
+  await changed(page, "stature", "168");
+  await page.locator("#viewer canvas").press("ArrowRight"); // from where no button stands
+  await look(page);
+  expectInside(await drag());
+  // Who has come nearer keeps what is looked at.
+  await changed(page, "stature", "168");
+  await page.locator('[data-view="front"]').click();
+  await page.locator('[data-zoom="in"]').click();
+  await look(page);
+  const near = await drag();
+  expect(near.at(-1)[0]).toBeLessThan(-0.1 * bottom);
+  expect(near.at(-1)[1]).toBeCloseTo(near[0][1], 0);
+});
+
 test("a value that cannot be is said at its field, and the body stays", async ({
   page,
   complaints,
