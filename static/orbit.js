@@ -91,7 +91,8 @@ export function reach(positions, { azimuth, polar, distance, height }, aspect) {
     const depth = distance - flat * nearer - above * y;
     const up = Math.abs(flat * y - above * nearer);
     const across = Math.abs(positions[i] * right - positions[i + 2] * back) / aspect;
-    most = Math.max(most, Math.max(up, across) / depth);
+    const far = up > across ? up : across;
+    if (far > most * depth) most = far / depth;
   }
   return most;
 }
