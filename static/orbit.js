@@ -44,7 +44,9 @@ export function fitSlope(positions, aspect, { distance, height }) {
     if (value > span[1]) span[1] = value;
   };
   for (let i = 0; i < positions.length; i += 3) {
-    const [x, y, z] = [positions[i], positions[i + 1], positions[i + 2]];
+    const x = positions[i];
+    const y = positions[i + 1];
+    const z = positions[i + 2];
     take(spans.x, x / (distance - z));
     take(spans.z, z / (distance + x));
     take(spans.y, (y - height) / (distance - z));
