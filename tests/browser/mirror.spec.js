@@ -4,7 +4,10 @@ import { readGlb } from "../../static/glb.js";
 import { REGIONS } from "../../static/regions.js";
 import { WOMAN, difference, enter, expect, look, openAvatar, pixels, ready, test } from "./site.js";
 
-test.use({ viewport: { width: 700, height: 560 } });
+// As in viewer.spec.js; a test of what moves says so.
+test.use({ viewport: { width: 700, height: 560 }, contextOptions: { reducedMotion: "reduce" } });
+
+const withMotion = (page) => page.emulateMedia({ reducedMotion: "no-preference" });
 
 const field = (page, name) => page.locator(`#edit-${name}`);
 const say = (page) => page.locator("#editor [role=status]");
@@ -137,6 +140,7 @@ test("the outline of the body before is seen, and goes however a change is answe
   page,
   complaints,
 }) => {
+  await withMotion(page);
   await openLive(page);
   const hasGhost = () => inViewer(page, (viewer) => viewer.hasGhost);
   const type = (...texts) =>
@@ -247,6 +251,7 @@ test("the server's body takes over without a jump, and is then shown to the last
   page,
   request,
 }) => {
+  await withMotion(page);
   await openLive(page);
   // The largest move of a point between two frames, while the body goes over.
   await inViewer(page, (viewer) => {
@@ -278,7 +283,6 @@ test("the server's body takes over without a jump, and is then shown to the last
 });
 
 test("a body that grows stays in the frame before the server's comes", async ({ page }) => {
-  await page.emulateMedia({ reducedMotion: "reduce" }); // only what the drag moves, moves
   await openLive(page);
   let held = null; // while a height is dragged, what the server is told waits
   await page.route("**/avatar.json", async (route) => {
