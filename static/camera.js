@@ -142,6 +142,7 @@ export class Camera {
    * out of it: `bent` says whether it has changed since the last picture.
    */
   move(now, bent) {
+    if (!this.#figure.shape) return;
     let keeps = bent; // a reader who comes nearer wants to see less of it
     if (this.#motion) {
       keeps = this.#view !== "";

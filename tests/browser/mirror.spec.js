@@ -2,26 +2,31 @@
 
 import { readGlb } from "../../static/glb.js";
 import { REGIONS } from "../../static/regions.js";
-import { WOMAN, difference, enter, expect, look, openAvatar, pixels, ready, test } from "./site.js";
+import {
+  WOMAN,
+  changed,
+  difference,
+  enter,
+  expect,
+  field,
+  inViewer,
+  look,
+  openAvatar,
+  ready,
+  test,
+} from "./site.js";
 
 // As in viewer.spec.js; a test of what moves says so.
 test.use({ viewport: { width: 700, height: 560 }, contextOptions: { reducedMotion: "reduce" } });
 
 const withMotion = (page) => page.emulateMedia({ reducedMotion: "no-preference" });
 
-const field = (page, name) => page.locator(`#edit-${name}`);
 const say = (page) => page.locator("#editor [role=status]");
 
 /** The avatar's page, once it knows how the body bends. */
 async function openLive(page, person = WOMAN) {
   await openAvatar(page, person);
   await expect(page.locator("#viewer[data-learned]")).toHaveCount(1, { timeout: 30_000 });
-}
-
-/** Do something with the viewer in the page. */
-async function inViewer(page, work, given) {
-  const viewer = await page.evaluateHandle(() => document.querySelector("#viewer").viewer);
-  return viewer.evaluate(work, given);
 }
 
 const vertices = (page) => inViewer(page, (viewer) => Array.from(viewer.vertices));
@@ -34,13 +39,6 @@ function farthest(one, other) {
   }
   return most;
 }
-
-const changed = (page, name, value) =>
-  Promise.all([
-    page.waitForResponse((answer) => answer.request().method() === "POST" && answer.ok()),
-    page.waitForResponse((answer) => answer.url().endsWith("/avatar.glb")),
-    field(page, name).fill(value),
-  ]);
 
 test("a change shows at once, is kept, and the page tells what the API tells", async ({ page }) => {
   await openLive(page);
@@ -433,63 +431,3 @@ test("the tapes of a region are named with the API's values, and a row shows its
   await row.click();
   await expect(labels).toHaveCount(0);
 });
-
-test("beside the pictures the body has their camera and their scale", async ({ page }) => {
-  await page.setViewportSize({ width: 1280, height: 1000 });
-  await openAvatar(page);
-  await page.locator('[data-switch="beside"]').click();
-  await page.locator("#viewer .overlay").evaluate((overlay) => {
-    overlay.style.visibility = "hidden"; // a height in hand is drawn wider than the body
-  });
-  const compare = async (side) => {
-    await expect.poll(() => inViewer(page, (viewer) => viewer.hasGhost)).toBe(false);
-    const seen = await look(page);
-    const shown = span(seen);
-    const still = page.locator(`figure img[data-side="${side}"]`);
-    await still.scrollIntoViewIfNeeded();
-    await expect.poll(() => still.evaluate((image) => image.complete)).toBe(true);
-    const picture = span(await pixels(page, await still.screenshot()));
-    expect(Math.abs(shown.height / picture.height - 1)).toBeLessThan(0.015);
-    expect(Math.abs(shown.width / picture.width - 1)).toBeLessThan(0.03);
-    expect(shown.height).toBeLessThan(0.95 * seen.height); // neither head nor feet are cut off
-  };
-  await compare("front");
-  // Another body comes into the same frame, without a press.
-  await changed(page, "stature", "185");
-  await compare("front");
-  await page.locator('[data-view="side"]').click();
-  await compare("profile");
-  await changed(page, "stature", "160");
-  await compare("profile");
-});
-
-for (const size of [{ width: 1000, height: 800 }, { width: 360, height: 740 }]) {
-  test(`the body in 3D takes the still picture's place unnoticed, ${size.width} wide`, async ({ page }) => {
-    await page.setViewportSize(size);
-    await enter(page);
-    const still = page.locator("#viewer img");
-    await expect(still).toBeVisible();
-    await expect.poll(() => still.evaluate((image) => image.complete)).toBe(true);
-    const before = span(await pixels(page, await page.locator("#viewer").screenshot()));
-    await ready(page);
-    const after = span(await look(page));
-    expect(before.height).toBeGreaterThan(100);
-    expect(Math.abs(before.height / after.height - 1)).toBeLessThan(0.03);
-    expect(Math.abs(before.width / after.width - 1)).toBeLessThan(0.04);
-  });
-}
-
-/** How far a picture's body reaches: skin and cloth are far from the greys of the backdrop. */
-function span({ width, height, data }) {
-  const [rows, columns] = [new Set(), new Set()];
-  for (let y = 4; y < height - 4; y += 1) {
-    for (let x = 4; x < width - 4; x += 1) {
-      const at = 4 * (y * width + x);
-      if (Math.abs(data[at] - data[at + 2]) < 14) continue;
-      rows.add(y);
-      columns.add(x);
-    }
-  }
-  const reach = (set) => Math.max(...set) - Math.min(...set);
-  return { height: reach(rows), width: reach(columns) };
-}
