@@ -14,7 +14,6 @@ const NAMED = 3; // of the values that the body has not, as on the server
 const GHOST_STAYS = 2500; // milliseconds after the last change
 const TABLES_WAIT = 100; // milliseconds for which changed numbers are gathered
 const REST = 2000; // milliseconds without a touch, after which the body in 3D comes by itself
-const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i; // renderers by their names
 const TOUCHES = ["pointerdown", "pointermove", "touchstart", "wheel", "scroll", "keydown", "focusin"];
 
 async function start(element) {
@@ -24,7 +23,8 @@ async function start(element) {
   const touch = touched();
   await painted();
   const rest = new Promise((resolve) => setTimeout(resolve, REST));
-  await Promise.race([touch, rest.then(() => (drawsFast() ? null : touch))]);
+  const fast = rest.then(() => drawsFast(element.dataset.renderer));
+  await Promise.race([touch, fast.then((draws) => (draws ? null : touch))]);
   await idle();
   await page.open();
 }
@@ -38,16 +38,16 @@ async function painted() {
 }
 
 /** Whether a graphics processor draws: without one the first picture in 3D takes seconds. */
-function drawsFast() {
-  const context = document
-    .createElement("canvas")
-    .getContext("webgl2", { failIfMajorPerformanceCaveat: true });
-  if (!context) return false;
-  // Some browsers name a software renderer but do not hold it for a caveat.
-  const info = context.getExtension("WEBGL_debug_renderer_info");
-  const name = info ? context.getParameter(info.UNMASKED_RENDERER_WEBGL) : "";
-  context.getExtension("WEBGL_lose_context")?.loseContext();
-  return !SOFTWARE.test(name);
+function drawsFast(script) {
+  return new Promise((resolve) => {
+    const worker = new Worker(script);
+    const answer = (fast) => {
+      worker.terminate();
+      resolve(fast);
+    };
+    worker.addEventListener("message", ({ data }) => answer(data));
+    worker.addEventListener("error", () => answer(false));
+  });
 }
 
 /** When the reader does anything at all. */

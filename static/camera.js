@@ -15,12 +15,14 @@ import {
   orbitOf,
   partDistance,
   position,
+  reach,
 } from "./orbit.js";
 import { highest } from "./surface.js";
 
 const TURN_MILLISECONDS = 600;
 const NEAREST = 0.3; // of the distance at which the whole body is seen
 const FARTHEST = 1.6;
+const EDGE = 0.01; // of the frame that stays free around a body that grows towards it
 
 export class Camera {
   /** three.js's own, to draw with. */
@@ -31,6 +33,7 @@ export class Camera {
   #draw;
   #view = ""; // the named view that it shows or goes to, "" once the reader has left it
   #motion = null; // {start, end, since} while it is on its way
+  #entire = false; // whether all of the body was in the last picture
   #seen = new Vector3(); // for `see`, which is asked hundreds of times a picture
   #towards = new Vector3();
 
@@ -134,16 +137,26 @@ export class Camera {
     this.#stand({ ...orbit, slope });
   }
 
-  /** Go on to where it is at a time. */
-  move(now) {
-    if (!this.#motion) {
-      this.#controls.update(); // where damping goes on, this asks for the next frame
-      return;
-    }
-    const { start, end, since } = this.#motion;
-    const share = (now - since) / TURN_MILLISECONDS;
-    if (share >= 1) this.#motion = null;
-    this.#stand(between(start, end, ease(share)));
+  /**
+   * Go on to where it is at a time. The frame widens for a body that was in it entirely and grows
+   * out of it: `bent` says whether it has changed since the last picture.
+   */
+  move(now, bent) {
+    if (!this.#figure.shape) return;
+    let keeps = bent; // a reader who comes nearer wants to see less of it
+    if (this.#motion) {
+      keeps = this.#view !== "";
+      if (keeps && bent) this.#motion.end = this.#whole(this.#view);
+      const { start, end, since } = this.#motion;
+      const share = (now - since) / TURN_MILLISECONDS;
+      if (share >= 1) this.#motion = null;
+      this.#stand(between(start, end, ease(share)));
+    } else this.#controls.update(); // where damping goes on, this asks for the next frame
+    const orbit = this.#orbit();
+    const needed = reach(this.#figure.shape.positions, orbit, this.lens.aspect);
+    const slope = (1 + EDGE) * needed;
+    if (!this.#entire || !keeps) this.#entire = needed <= orbit.slope;
+    else if (slope > orbit.slope) this.#stand({ ...orbit, slope });
   }
 
   /** The reader wants more or less motion than before. */

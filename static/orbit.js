@@ -44,7 +44,9 @@ export function fitSlope(positions, aspect, { distance, height }) {
     if (value > span[1]) span[1] = value;
   };
   for (let i = 0; i < positions.length; i += 3) {
-    const [x, y, z] = [positions[i], positions[i + 1], positions[i + 2]];
+    const x = positions[i];
+    const y = positions[i + 1];
+    const z = positions[i + 2];
     take(spans.x, x / (distance - z));
     take(spans.z, z / (distance + x));
     take(spans.y, (y - height) / (distance - z));
@@ -72,6 +74,29 @@ export function middleSlope(positions, azimuth, { distance, height }) {
     if (slope > high) high = slope;
   }
   return (low + high) / 2;
+}
+
+/**
+ * The least slope of a lens with which all of a body is in the frame, wherever it is seen from.
+ *
+ * @param {Float32Array} positions three numbers a point
+ * @param {{azimuth: number, polar: number, distance: number, height: number}} orbit
+ * @param {number} aspect width over height of the frame
+ */
+export function reach(positions, { azimuth, polar, distance, height }, aspect) {
+  const [right, back] = [Math.cos(azimuth), Math.sin(azimuth)];
+  const [flat, above] = [Math.sin(polar), Math.cos(polar)];
+  let most = 0;
+  for (let i = 0; i < positions.length; i += 3) {
+    const y = positions[i + 1] - height;
+    const nearer = positions[i] * back + positions[i + 2] * right;
+    const depth = distance - flat * nearer - above * y;
+    const up = Math.abs(flat * y - above * nearer);
+    const across = Math.abs(positions[i] * right - positions[i + 2] * back) / aspect;
+    const far = up > across ? up : across;
+    if (far > most * depth) most = far / depth;
+  }
+  return most;
 }
 
 /**

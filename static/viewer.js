@@ -300,8 +300,9 @@ class Viewer {
     const began = performance.now();
     this.#frame = 0;
     if (this.#figure.move(now)) this.#draw();
-    if (this.#figure.update()) this.#tapes.follow(this.#shape);
-    this.#camera.move(now);
+    const bent = this.#figure.update();
+    if (bent) this.#tapes.follow(this.#shape);
+    this.#camera.move(now, bent);
     this.#render();
     this.#element.dispatchEvent(new CustomEvent("frame"));
     if (!this.#frame) this.#element.dispatchEvent(new CustomEvent("rest"));

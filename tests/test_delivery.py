@@ -160,7 +160,7 @@ def pieces(shopper, script):
 def test_the_avatars_page_weighs_little(shopper):
     """Everything that it fetches, its pictures and its numbers too, but the avatar's file."""
     page = shopper.get("/avatar")
-    addresses = set(re.findall(r'src="([^"]+)"', page.text))
+    addresses = set(re.findall(r'(?:src|data-renderer)="([^"]+)"', page.text))
     addresses |= set(re.findall(r'<link [^>]*href="([^"]+)"', page.text))
     assert {"/avatar/front.webp", "/avatar/profile.webp"} < addresses
     weight = len(brotli.compress(page.data, quality=4))

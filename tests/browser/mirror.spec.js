@@ -2,23 +2,31 @@
 
 import { readGlb } from "../../static/glb.js";
 import { REGIONS } from "../../static/regions.js";
-import { WOMAN, difference, enter, expect, look, openAvatar, pixels, ready, test } from "./site.js";
+import {
+  WOMAN,
+  changed,
+  difference,
+  enter,
+  expect,
+  field,
+  inViewer,
+  look,
+  openAvatar,
+  ready,
+  test,
+} from "./site.js";
 
-test.use({ viewport: { width: 700, height: 560 } });
+// As in viewer.spec.js; a test of what moves says so.
+test.use({ viewport: { width: 700, height: 560 }, contextOptions: { reducedMotion: "reduce" } });
 
-const field = (page, name) => page.locator(`#edit-${name}`);
+const withMotion = (page) => page.emulateMedia({ reducedMotion: "no-preference" });
+
 const say = (page) => page.locator("#editor [role=status]");
 
 /** The avatar's page, once it knows how the body bends. */
 async function openLive(page, person = WOMAN) {
   await openAvatar(page, person);
   await expect(page.locator("#viewer[data-learned]")).toHaveCount(1, { timeout: 30_000 });
-}
-
-/** Do something with the viewer in the page. */
-async function inViewer(page, work, given) {
-  const viewer = await page.evaluateHandle(() => document.querySelector("#viewer").viewer);
-  return viewer.evaluate(work, given);
 }
 
 const vertices = (page) => inViewer(page, (viewer) => Array.from(viewer.vertices));
@@ -31,13 +39,6 @@ function farthest(one, other) {
   }
   return most;
 }
-
-const changed = (page, name, value) =>
-  Promise.all([
-    page.waitForResponse((answer) => answer.request().method() === "POST" && answer.ok()),
-    page.waitForResponse((answer) => answer.url().endsWith("/avatar.glb")),
-    field(page, name).fill(value),
-  ]);
 
 test("a change shows at once, is kept, and the page tells what the API tells", async ({ page }) => {
   await openLive(page);
@@ -137,6 +138,7 @@ test("the outline of the body before is seen, and goes however a change is answe
   page,
   complaints,
 }) => {
+  await withMotion(page);
   await openLive(page);
   const hasGhost = () => inViewer(page, (viewer) => viewer.hasGhost);
   const type = (...texts) =>
@@ -247,6 +249,7 @@ test("the server's body takes over without a jump, and is then shown to the last
   page,
   request,
 }) => {
+  await withMotion(page);
   await openLive(page);
   // The largest move of a point between two frames, while the body goes over.
   await inViewer(page, (viewer) => {
@@ -275,6 +278,66 @@ test("the server's body takes over without a jump, and is then shown to the last
   const served = readGlb(Uint8Array.from(file).buffer).positions;
   expect(farthest(await vertices(page), served)).toBeLessThan(1e-6);
   await request.dispose();
+});
+
+test("a body that grows stays in the frame before the server's comes", async ({ page }) => {
+  await openLive(page);
+  let held = null; // while a height is dragged, what the server is told waits
+  await page.route("**/avatar.json", async (route) => {
+    await held;
+    await route.continue();
+  });
+  /** Of each picture of a drag from 168 cm to 200: where crown and soles are seen. */
+  const drag = async () => {
+    let release;
+    held = new Promise((resolve) => {
+      release = resolve;
+    });
+    const seen = await inViewer(page, async (viewer) => {
+      const element = document.querySelector("#viewer");
+      const input = document.querySelector("#edit-stature");
+      const pictures = [];
+      for (let stature = 168; stature <= 200; stature += 2) {
+        const drawn = new Promise((resolve) => {
+          element.addEventListener("frame", resolve, { once: true });
+        });
+        input.value = String(stature);
+        input.dispatchEvent(new Event("input", { bubbles: true }));
+        await drawn;
+        const heights = viewer.vertices.filter((_, i) => i % 3 === 1);
+        const [crown, soles] = [Math.max(...heights), Math.min(...heights)];
+        pictures.push([crown, soles].map((y) => viewer.see([0, y, 0]).y));
+      }
+      return pictures;
+    });
+    const answered = page.waitForResponse((answer) => answer.url().endsWith("/avatar.glb"));
+    release();
+    await answered;
+    return seen;
+  };
+  const bottom = await page.locator("#viewer").evaluate(({ clientHeight }) => clientHeight);
+  const expectInside = (seen) => {
+    seen.forEach(([crown, soles], i) => {
+      expect(crown).toBeGreaterThan(0);
+      expect(soles).toBeLessThan(bottom);
+      const before = seen[Math.max(0, i - 1)];
+      expect(Math.abs(crown - before[0])).toBeLessThan(0.015 * bottom);
+      expect(Math.abs(soles - before[1])).toBeLessThan(0.015 * bottom);
+    });
+  };
+  expectInside(await drag());
+  await changed(page, "stature", "168");
+  await page.locator("#viewer canvas").press("ArrowRight"); // from where no button stands
+  await look(page);
+  expectInside(await drag());
+  // Who has come nearer keeps what is looked at.
+  await changed(page, "stature", "168");
+  await page.locator('[data-view="front"]').click();
+  await page.locator('[data-zoom="in"]').click();
+  await look(page);
+  const near = await drag();
+  expect(near.at(-1)[0]).toBeLessThan(-0.1 * bottom);
+  expect(near.at(-1)[1]).toBeCloseTo(near[0][1], 0);
 });
 
 test("a value that cannot be is said at its field, and the body stays", async ({
@@ -368,63 +431,3 @@ test("the tapes of a region are named with the API's values, and a row shows its
   await row.click();
   await expect(labels).toHaveCount(0);
 });
-
-test("beside the pictures the body has their camera and their scale", async ({ page }) => {
-  await page.setViewportSize({ width: 1280, height: 1000 });
-  await openAvatar(page);
-  await page.locator('[data-switch="beside"]').click();
-  await page.locator("#viewer .overlay").evaluate((overlay) => {
-    overlay.style.visibility = "hidden"; // a height in hand is drawn wider than the body
-  });
-  const compare = async (side) => {
-    await expect.poll(() => inViewer(page, (viewer) => viewer.hasGhost)).toBe(false);
-    const seen = await look(page);
-    const shown = span(seen);
-    const still = page.locator(`figure img[data-side="${side}"]`);
-    await still.scrollIntoViewIfNeeded();
-    await expect.poll(() => still.evaluate((image) => image.complete)).toBe(true);
-    const picture = span(await pixels(page, await still.screenshot()));
-    expect(Math.abs(shown.height / picture.height - 1)).toBeLessThan(0.015);
-    expect(Math.abs(shown.width / picture.width - 1)).toBeLessThan(0.03);
-    expect(shown.height).toBeLessThan(0.95 * seen.height); // neither head nor feet are cut off
-  };
-  await compare("front");
-  // Another body comes into the same frame, without a press.
-  await changed(page, "stature", "185");
-  await compare("front");
-  await page.locator('[data-view="side"]').click();
-  await compare("profile");
-  await changed(page, "stature", "160");
-  await compare("profile");
-});
-
-for (const size of [{ width: 1000, height: 800 }, { width: 360, height: 740 }]) {
-  test(`the body in 3D takes the still picture's place unnoticed, ${size.width} wide`, async ({ page }) => {
-    await page.setViewportSize(size);
-    await enter(page);
-    const still = page.locator("#viewer img");
-    await expect(still).toBeVisible();
-    await expect.poll(() => still.evaluate((image) => image.complete)).toBe(true);
-    const before = span(await pixels(page, await page.locator("#viewer").screenshot()));
-    await ready(page);
-    const after = span(await look(page));
-    expect(before.height).toBeGreaterThan(100);
-    expect(Math.abs(before.height / after.height - 1)).toBeLessThan(0.03);
-    expect(Math.abs(before.width / after.width - 1)).toBeLessThan(0.04);
-  });
-}
-
-/** How far a picture's body reaches: skin and cloth are far from the greys of the backdrop. */
-function span({ width, height, data }) {
-  const [rows, columns] = [new Set(), new Set()];
-  for (let y = 4; y < height - 4; y += 1) {
-    for (let x = 4; x < width - 4; x += 1) {
-      const at = 4 * (y * width + x);
-      if (Math.abs(data[at] - data[at + 2]) < 14) continue;
-      rows.add(y);
-      columns.add(x);
-    }
-  }
-  const reach = (set) => Math.max(...set) - Math.min(...set);
-  return { height: reach(rows), width: reach(columns) };
-}

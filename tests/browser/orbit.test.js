@@ -11,6 +11,7 @@ import {
   orbitOf,
   partDistance,
   position,
+  reach,
   shortestTurn,
 } from "../../static/orbit.js";
 
@@ -61,6 +62,22 @@ test("a body's middle is found from where it is looked at", () => {
   const footBefore = Float32Array.of(1, 0, 0, 0, 2, 0); // nearer from the left: lower
   near(middleSlope(footBefore, Math.PI / 2, camera), (-1 / 2 + 1 / 3) / 2, 1e-6);
   near(middleSlope(footBefore, 0, camera), 0, 1e-6);
+});
+
+test("a body reaches as far in the frame as its farthest point, from wherever it is seen", () => {
+  const orbit = { azimuth: 0, polar: Math.PI / 2, distance: 3, height: 1 };
+  const point = (...at) => Float32Array.of(0, 1, 0, ...at);
+  near(reach(point(0, 2, 1), orbit, 0.5), 1 / 2, 1e-6);
+  near(reach(point(0, -0.5, 0), orbit, 0.5), 1.5 / 3, 1e-6);
+  near(reach(point(0.2, 1, 0), orbit, 0.5), 0.2 / 3 / 0.5, 1e-6);
+  near(reach(point(0, 1, 0.2), { ...orbit, azimuth: -1.2 }, 1), (0.2 * Math.sin(1.2)) / (3 - 0.2 * Math.cos(1.2)), 1e-6);
+  // From above by the angle a: what stands on the axis leans away.
+  const [a, up] = [0.4, 0.5];
+  const slope = (up * Math.cos(a)) / (3 - up * Math.sin(a));
+  for (const azimuth of [0, 2]) {
+    near(reach(point(0, 1 + up, 0), { ...orbit, azimuth, polar: Math.PI / 2 - a }, 1), slope, 1e-6);
+  }
+  near(reach(point(0, 1, 0.5), { ...orbit, polar: Math.PI / 2 - a }, 1), (0.5 * Math.sin(a)) / (3 - 0.5 * Math.cos(a)), 1e-6);
 });
 
 test("a part fills its share of the frame, upwards or sideways, from its near side", () => {

@@ -75,6 +75,23 @@ export async function ready(page, state = "ready") {
   }).toPass({ timeout: 60_000 });
 }
 
+/** A field beside the body. */
+export const field = (page, name) => page.locator(`#edit-${name}`);
+
+/** Do something with the viewer in the page. */
+export async function inViewer(page, work, given) {
+  const viewer = await page.evaluateHandle(() => document.querySelector("#viewer").viewer);
+  return viewer.evaluate(work, given);
+}
+
+/** Type a value beside the body, and wait until the server's body is on its way. */
+export const changed = (page, name, value) =>
+  Promise.all([
+    page.waitForResponse((answer) => answer.request().method() === "POST" && answer.ok()),
+    page.waitForResponse((answer) => answer.url().endsWith("/avatar.glb")),
+    field(page, name).fill(value),
+  ]);
+
 /** Press Tab until the element has the focus, as somebody without a pointer does. */
 export async function tabTo(page, selector, most = 80) {
   const reached = () => page.evaluate((s) => document.activeElement?.matches(s) ?? false, selector);

@@ -49,6 +49,16 @@ test("without a graphics processor the body in 3D waits for the reader's touch",
   expect(files.filter((file) => !file.includes("live="))).toHaveLength(1);
 });
 
+test("where a graphics processor draws the body in 3D comes by itself", async ({ page }) => {
+  await page.route("**/renderer.js*", async (route) => {
+    const response = await route.fetch();
+    const script = await response.text();
+    await route.fulfill({ response, body: script.replace("SOFTWARE.test", "/a card/.test") });
+  });
+  await enter(page);
+  await expect(page.locator("#viewer")).toHaveAttribute("data-state", "ready", { timeout: 60_000 });
+});
+
 test("the keys do what the buttons do", async ({ page }) => {
   await openAvatar(page);
   const byButton = {};
