@@ -114,7 +114,7 @@ PLACES: Mapping[str, tuple[tuple[str, Any], ...]] = {
 LEG_WORDS: Mapping[str, tuple[Any, Any]] = {
     "floor": (_l("The floor"), ""),
     "ankle": (_l("The outer ankle bone"), ""),
-    "trousers": (_l("My trousers’ label"), _l("As L32 or 32/34")),
+    "trousers": (_l("My trousers’ label"), _l("Inches, as L32 or 32/34")),
 }
 
 _LEG_PICTURES: Mapping[str, Any] = {

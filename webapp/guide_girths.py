@@ -64,7 +64,7 @@ GIRTHS: Mapping[str, Words] = {
         how=_l("Let the belly go, breathe out, then read."),
     ),
     "hip_girth": Words(
-        _l("Around your seat and hips, where they are fullest."),
+        _l("Around your seat and hips at their fullest."),
         _l(
             "Taken at the hip bones it is too high. The fullest place is lower, near where the "
             "legs begin."
