@@ -9,9 +9,10 @@
  *     BASE_URL=http://127.0.0.1:8000 node scripts/minutes.mjs   a site that is already running
  *
  * Seconds: 238 words are read a minute (M. Brysbaert, Journal of Memory and Language 109, 2019); a
- * key, to point and to make up one's mind take 0.28, 1.1 and 1.35, the latter once for each button:
- * the words of what is pressed, and how far one has come, are not read besides (S. Card, T. Moran and A. Newell,
- * Communications of the ACM 23(7), 1980, average typist). How long a tape takes is our assumption.
+ * key, to point and to make up one's mind take 0.28, 1.1 and 1.35 (S. Card, T. Moran and A. Newell,
+ * Communications of the ACM 23(7), 1980, average typist). To make up one's mind is to see what there is
+ * to press, so that the words of links and buttons, and how far one has come, are not counted besides.
+ * How long a tape takes is our assumption.
  */
 
 import { chromium } from "@playwright/test";
