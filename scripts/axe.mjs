@@ -37,6 +37,7 @@ async function look(locale, colorScheme) {
   const viewport = { width: 360, height: 740 };
   const reducedMotion = "reduce"; // nothing is judged half-way
   const page = await browser.newPage({ baseURL: base, locale, colorScheme, viewport, reducedMotion });
+  page.setDefaultTimeout(180_000); // the machine may be busy
   const tell = (name) => see(page, `${locale}, ${colorScheme}, ${name}`);
   const visit = async (path) => {
     await page.goto(path);
@@ -77,7 +78,7 @@ async function look(locale, colorScheme) {
   await page.click(NEXT);
   await page.waitForURL("**/avatar");
   await page.mouse.move(8, 300);
-  await page.waitForSelector('#viewer[data-state="ready"]', { timeout: 60_000 });
+  await page.waitForSelector('#viewer[data-state="ready"]');
   await tell("/avatar");
   await visit("/avatar/sheet");
   await visit("/compare");

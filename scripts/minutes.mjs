@@ -30,6 +30,7 @@ const locale = process.argv[2] ?? "en-GB";
 const { base, stop } = await serve();
 const browser = await chromium.launch(launchOptions());
 const page = await browser.newPage({ baseURL: base, locale, viewport: { width: 360, height: 740 } });
+page.setDefaultTimeout(180_000); // the machine may be busy
 
 /** The words that are seen above the field, above the button, and on the whole page, unfolded. */
 async function words(name) {
