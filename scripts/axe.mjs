@@ -91,13 +91,13 @@ async function look(locale, colorScheme) {
   await tell("a comparison");
   await visit("/no-such-page");
   await page.close();
+  console.log(`${locale}, ${colorScheme}: ${pages} pages by now, ${found} findings`);
 }
 
 try {
   for (const locale of ["en-GB", "pt-PT"]) {
     for (const colorScheme of ["light", "dark"]) await look(locale, colorScheme);
   }
-  console.log(`${pages} pages, ${found} findings`);
 } finally {
   await browser.close();
   stop();
