@@ -37,6 +37,7 @@ async function asWebp(png) {
 async function open(locale, width, colorScheme) {
   const viewport = { width, height: 740 };
   const page = await browser.newPage({ baseURL: site, locale, colorScheme, viewport });
+  page.setDefaultTimeout(180_000); // the machine may be busy
   const picture = async (name) =>
     writeFileSync(`${folder}/${name}.webp`, await asWebp(await page.screenshot({ fullPage: true })));
   return { page, picture };
