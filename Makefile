@@ -15,6 +15,7 @@
 #   make bench       how long measuring takes, beside a peer's way, in one run (ARGS="--rounds 9");
 #                    then the real server for half a minute, beside a plain page
 #   make lighthouse  Lighthouse's scores of the wizard and the avatar's page, on a slow telephone
+#   make axe         what axe finds wrong on any page, in both languages, in the light and in the dark
 #   make frames      what each picture of the body in 3D costs, at rest, dragged and turning
 #   make fuzz        50,000 generated requests, none of which may be answered 5xx
 #   make faults      a real server, broken in the ways in which servers break
@@ -52,7 +53,7 @@ SCRIPTS := $(shell find static -path static/build -prune -o -name '*.js' -print 
 export PLAYWRIGHT_SKIP_BROWSER_DOWNLOAD := 1
 export NPM_CONFIG_UPDATE_NOTIFIER := false
 
-.PHONY: help run test lint format train population report guide words bench lighthouse frames fuzz faults audit api licences lock clean
+.PHONY: help run test lint format train population report guide words bench lighthouse axe frames fuzz faults audit api licences lock clean
 .DELETE_ON_ERROR:
 
 help:
@@ -129,6 +130,10 @@ bench: $(SITE)
 lighthouse: $(SITE) $(FRONT_END)
 	@scripts/require.sh chromium
 	@npm run --silent lighthouse
+
+axe: $(SITE) $(FRONT_END)
+	@scripts/require.sh chromium
+	@npm run --silent axe
 
 frames: $(SITE) $(FRONT_END)
 	@scripts/require.sh chromium

@@ -18,7 +18,7 @@ const PERSON = {
 
 const [site, file] = process.argv.slice(2);
 const browser = await chromium.launch(launchOptions());
-const page = await browser.newPage({ viewport: { width: 1280, height: 1110 }, reducedMotion: "reduce" });
+const page = await browser.newPage({ locale: "en-GB", viewport: { width: 1280, height: 1110 }, reducedMotion: "reduce" });
 page.setDefaultTimeout(180_000);
 await page.goto(new URL("/numbers", site).href);
 await page.check('input[name="body"][value="female"]');

@@ -131,11 +131,15 @@ def test_a_change_of_units_converts_what_was_typed(client):
     assert values(client.page) == {"stature": "168", "waist_girth": "74.5"}
 
 
-def test_feet_and_inches_can_be_typed_on_a_telephone(client):
+def test_feet_and_fractions_of_inches_can_be_typed_on_a_telephone(client):
     client.send(units="imperial", switch_to="imperial")
+    for page in ("/numbers", "/measure/hip_girth"):
+        client.send("/", body="female", units="imperial")
+        client.get(page)
+        assert client.page.find(".//input[@name='hip_girth']").get("inputmode") == "text"
     client.get("/numbers")
     assert client.page.find(".//input[@name='stature']").get("inputmode") == "text"
-    assert client.page.find(".//input[@name='hip_girth']").get("inputmode") == "decimal"
+    assert client.page.find(".//input[@name='weight']").get("inputmode") == "decimal"
     assert client.send(body="male", units="imperial", stature="5'10").status_code == 303
 
 

@@ -69,6 +69,61 @@ def test_every_measurement_has_its_page_with_words_and_a_picture(woman, name):
     assert len(picture.get("alt")) > 30
 
 
+@pytest.mark.parametrize("kind", BODY_KINDS)
+def test_how_every_tape_lies_is_said_above_the_first_number_and_below_all(client, kind):
+    client.send("/", body=kind, units="metric")
+    above = []
+    for name in guide.steps(kind):
+        client.get(f"/measure/{name}")
+        page = text(client.page.find(".//main"))
+        above += [name] if "Every tape: level, snug" in page else []
+        if MEASUREMENTS[name].kind == "girth":
+            assert str(guide.tape(name)) in page
+            assert str(guide.wear(name, kind)) in page
+    assert above == ["bust_girth"]
+
+
+def test_what_is_asked_in_turn_is_told_in_a_breath():
+    """What a measurement is and how it is taken: some ten seconds of reading at most."""
+    for kind in BODY_KINDS:
+        for name in guide.steps(kind):
+            said = f"{guide.WORDS[name].what} {guide.how(name)}"
+            assert len(said.split()) <= 30, name
+
+
+def test_who_needs_a_helper_is_told_before_the_number(woman):
+    woman.get("/measure/shoulder_length")
+    (hint,) = [a for a in woman.page.iter("a") if a.get("href") == "#alone"]
+    assert text(hint).startswith("Best done by someone else")
+    assert "plaster" in text(woman.page.find(".//div[@id='alone']"))
+    woman.get("/measure/waist_girth")
+    assert not [a for a in woman.page.iter("a") if a.get("href") == "#alone"]
+
+
+@pytest.mark.parametrize(
+    ("languages", "units"),
+    [
+        ("en-US,en;q=0.9", "imperial"),
+        ("en-GB,en-US;q=0.8", "metric"),
+        ("pt-PT", "metric"),
+        ("", "metric"),
+    ],
+)
+def test_the_units_are_those_usual_where_a_browser_is_until_others_are_chosen(
+    client, languages, units
+):
+    headers = {"Accept-Language": languages}
+    for page in ("/", "/numbers"):
+        client.get(page, headers=headers)
+        chosen = client.page.find(".//*[@name='units'][@checked]")
+        if chosen is None:
+            chosen = client.page.find(".//input[@name='units']")
+        assert chosen.get("value") == units
+    client.send("/", body="female", units="metric")
+    client.get("/measure/waist_girth", headers=headers)
+    assert client.page.find(".//input[@name='units']").get("value") == "metric"
+
+
 def test_the_guide_has_words_for_every_measurement_and_groups_them_all():
     assert set(GIRTHS) | set(LENGTHS) == set(MEASUREMENTS)
     assert set(GIRTHS) & set(LENGTHS) == set()

@@ -12,14 +12,14 @@ from webapp import readings
 from webapp.answers import LEG, LEG_ENDS, Typed
 from webapp.guide_girths import GIRTHS, Words
 from webapp.guide_lengths import LENGTHS
-from webapp.table_words import ALTERNATIVES, labels
+from webapp.table_words import ALTERNATIVES, how_to, labels
 
 WORDS: Mapping[str, Words] = {**GIRTHS, **LENGTHS}
 
-BODY_WORDS: Mapping[BodyKind, tuple[Any, Any]] = {
-    "female": (_l("A woman"), _l("Estimated from women’s bodies")),
-    "male": (_l("A man"), _l("Estimated from men’s bodies")),
-    "neutral": (_l("Neither"), _l("Estimated from the mean of both")),
+BODY_WORDS: Mapping[BodyKind, Any] = {
+    "female": _l("A woman"),
+    "male": _l("A man"),
+    "neutral": _l("Neither"),
 }
 
 _ROUND = (
@@ -93,31 +93,28 @@ BUILDS: Sequence[tuple[str, float]] = (("slim", 23.0), ("medium", 29.0), ("broad
 
 PLACES: Mapping[str, tuple[tuple[str, Any], ...]] = {
     "waist_girth": (
-        ("waist_girth", _l("Where I am narrowest")),
+        ("waist_girth", _l("Narrowest part")),
         ("abdomen_girth", _l("At the navel")),
     ),
     "abdomen_girth": (
-        ("abdomen_girth", _l("At the navel, where the belly is fullest")),
-        ("waist_girth", _l("Where I am narrowest")),
+        ("abdomen_girth", _l("At the navel")),
+        ("waist_girth", _l("Narrowest part")),
     ),
     "bust_girth": (
-        ("bust_girth", _l("Over the fullest part")),
-        ("underbust_girth", _l("Directly under the bust")),
+        ("bust_girth", _l("Fullest part")),
+        ("underbust_girth", _l("Under the bust")),
     ),
     "underbust_girth": (
-        ("underbust_girth", _l("Directly under the bust")),
-        ("bust_girth", _l("Over the fullest part")),
+        ("underbust_girth", _l("Under the bust")),
+        ("bust_girth", _l("Fullest part")),
     ),
 }
 """Where else people lay the tape who are asked for a measurement, and what they measure then."""
 
 LEG_WORDS: Mapping[str, tuple[Any, Any]] = {
-    "floor": (_l("The floor"), _l("From the crotch to the floor, without shoes")),
-    "ankle": (_l("The ankle bone"), _l("From the crotch to the bone on the outside of the ankle")),
-    "trousers": (
-        _l("It is the number on my trousers"),
-        _l("As L32 or 32/34: the leg's length in inches"),
-    ),
+    "floor": (_l("The floor"), ""),
+    "ankle": (_l("The outer ankle bone"), ""),
+    "trousers": (_l("My trousers’ label"), _l("Inches, as L32 or 32/34")),
 }
 
 _LEG_PICTURES: Mapping[str, Any] = {
@@ -153,6 +150,18 @@ def build(typed: Typed) -> str:
         return "medium"
     index = readings.middle(weight) / readings.middle(stature) ** 2
     return next(name for name, most in BUILDS if index < most)
+
+
+def how(name: str) -> Any:
+    """How a measurement is taken, beside what it is."""
+    return WORDS[name].how or how_to(name)
+
+
+def says_tape(name: str, body: str) -> bool:
+    """Whether a step is the first of the way with a tape around the body: how that lies on all of
+    them is said there, above the number, and below it ever after.
+    """
+    return name == next(step for step in steps(body) if MEASUREMENTS[step].kind == "girth")
 
 
 def picture(name: str, typed: Typed) -> Picture:

@@ -1,7 +1,7 @@
 """The guide's words about girths, height and weight; checked against the table of measurements.
 
-How each is taken stands in the table itself; here is what it is, where people go wrong, and how to
-manage without a helper.
+How each is taken stands in the table itself, for whoever reads nothing else. Where the wizard asks
+in turn, it is said here anew, so short that it is read before the tape is laid.
 """
 
 from collections.abc import Mapping
@@ -16,12 +16,16 @@ class Words(NamedTuple):
     what : what it is, for people who are no tailors
     mistake : where people usually go wrong
     alone : how to manage alone, where that is not plain; "" where it is
+    how : how it is taken, beside what it is; "" where that is the table's sentence
     """
 
     what: Any
     mistake: Any
     alone: Any = ""
+    how: Any = ""
 
+
+_SQUARE = _l("Feet apart, the tape square to the leg.")
 
 GIRTHS: Mapping[str, Words] = {
     "stature": Words(
@@ -31,6 +35,7 @@ GIRTHS: Mapping[str, Words] = {
             "what a wall shows. Measure it once more, without shoes."
         ),
         _l("Alone: step out from under the book without moving it, then mark its lower edge."),
+        _l("Barefoot against a wall, eyes ahead. Mark the lower edge of a book flat on your head."),
     ),
     "weight": Words(
         _l("What a scale says."),
@@ -38,31 +43,33 @@ GIRTHS: Mapping[str, Words] = {
             "Clothes and shoes weigh a kilogram or two, some pounds, and a scale on a carpet is "
             "wrong."
         ),
+        how=_l("Without shoes, in light clothes."),
     ),
     "waist_girth": Words(
-        _l(
-            "Around the narrowest part of your trunk. Bend to one side: it creases there. "
-            "Trousers mostly sit lower."
-        ),
+        _l("Around your trunk at its narrowest, above the trousers."),
         _l(
             "The waist of trousers and skirts sits lower, and the number on their label is "
             "another measurement."
         ),
+        how=_l("Bend sideways: it creases there. Breathe out, then read."),
     ),
     "bust_girth": Words(
         _l("Around your chest, over its fullest part."),
         _l("The tape slips down at the back. A mirror shows it."),
+        how=_l("Under the arms, straight across the back. Breathe out, then read."),
     ),
     "abdomen_girth": Words(
         _l("Around your belly, at the navel, where it is fullest."),
         _l("The belly is pulled in without thinking of it. Breathe out, let go, then read."),
+        how=_l("Let the belly go, breathe out, then read."),
     ),
     "hip_girth": Words(
-        _l("Around your seat, where it stands out most seen from the side."),
+        _l("Around your seat and hips at their fullest."),
         _l(
             "Taken at the hip bones it is too high. The fullest place is lower, near where the "
             "legs begin."
         ),
+        how=_l("Feet together, tape well below the hip bones."),
     ),
     "underbust_girth": Words(
         _l("Around your ribs, directly under the bust, where the band of a bra lies."),
@@ -71,13 +78,15 @@ GIRTHS: Mapping[str, Words] = {
     "thigh_girth": Words(
         _l("Around one thigh at its widest, just below the seat."),
         _l("The tape hangs down on the inside. Keep it square to the leg all the way round."),
+        how=_SQUARE,
     ),
     "mid_thigh_girth": Words(
-        _l("Around one thigh below its middle, about a hand's breadth above the kneecap."),
+        _l("Around one thigh, a hand's breadth above the kneecap."),
         _l(
             "Taken near the seat it is the thigh, another measurement; taken at the knee it is "
             "too small."
         ),
+        how=_SQUARE,
     ),
     "neck_girth": Words(
         _l("Around your neck at its narrowest, just below the larynx, where a collar lies."),
@@ -85,6 +94,7 @@ GIRTHS: Mapping[str, Words] = {
             "A shirt's collar has room in it: its size is one to two centimetres, about half an "
             "inch, more."
         ),
+        how=_l("Look straight ahead. Tilt the tape as a shirt's collar sits."),
     ),
     "head_girth": Words(
         _l("Around your head at its widest, as a hat sits."),

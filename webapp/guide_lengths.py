@@ -105,8 +105,12 @@ LENGTHS: Mapping[str, Words] = {
         _l("From the lowest point between your legs straight down."),
         _l("Everyone measures it differently. So we ask where your number ends."),
         _l(
-            "Alone: stand with your back to a wall, a thin book between your legs, pulled up as "
-            "high as is comfortable. Mark its upper edge on the wall and measure to the floor."
+            "Alone: the book is level when its spine lies flat on the wall. Mark its upper edge "
+            "there, step away, and measure."
+        ),
+        _l(
+            "Barefoot, back to a wall, a thin book pulled up between your legs. Measure from its "
+            "upper edge."
         ),
     ),
     "foot_height": Words(

@@ -30,6 +30,11 @@ def choose() -> str:
     return request.accept_languages.best_match(list(LANGUAGES)) or "en"
 
 
+def usual_units() -> units.Units:
+    """Inches and pounds for a browser of the United States, centimetres everywhere else."""
+    return "imperial" if (request.accept_languages.best or "").upper().endswith("-US") else "metric"
+
+
 def language() -> str:
     """The language of this page."""
     return str(get_locale() or "en")

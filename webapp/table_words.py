@@ -29,11 +29,6 @@ ends, and there are two measurements of the neck."""
 _ON_A_BODY: Mapping[str, Any] = {"inseam_height": _l("Inside leg to the ankle")}
 """What a person may have measured otherwise than it is measured on a body."""
 
-_INSIDE_LEG_HOW = _l(
-    "Stand without shoes, your feet a little apart. Measure on the inside of the leg, from the "
-    "lowest point between the legs straight down to the floor or to the ankle bone."
-)
-
 _SEEN: Mapping[View, Any] = {
     FRONT: _l("from the front"),
     BACK: _l("from the back"),
@@ -98,6 +93,4 @@ def definition(name: str) -> str:
 
 def how_to(name: str) -> str:
     """How a measurement is taken, in the page's language."""
-    if name == "inseam_height":
-        return str(_INSIDE_LEG_HOW)
     return gettext(MEASUREMENTS[name].how_to)

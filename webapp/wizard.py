@@ -30,7 +30,7 @@ from webapp import checks, guide, readings, refined, table_words
 from webapp.answers import LEG, LEG_ENDS, Typed
 from webapp.avatars import estimators, limits
 from webapp.forms import Refusal, Refused
-from webapp.language import LANGUAGES
+from webapp.language import LANGUAGES, usual_units
 from webapp.sessions import cookie_fits
 from webapp.units import UNITS, symbols
 
@@ -241,8 +241,8 @@ def stale(error: CSRFError) -> tuple[str, int] | Response:
 
 
 def _typed() -> Typed:
-    """What the session keeps."""
-    return Typed.of(session.get("typed", {}))
+    """What the session keeps; before it keeps anything, the units that are usual there."""
+    return Typed.of(session.get("typed") or {"units": usual_units()})
 
 
 def _remember(typed: Typed) -> None:
@@ -402,7 +402,8 @@ def _step(name: str, typed: Typed, faults: Sequence[Refusal] = (), notice: str =
         azimuth=views_of(name)[0].azimuth,
         label=table_words.label(name),
         words=guide.WORDS[name],
-        how=table_words.how_to(name),
+        how=guide.how(name),
+        every_tape=guide.says_tape(name, typed.body),
         wear=guide.wear(name, typed.body),
         tape=guide.tape(name),
         helper=guide.helper(name),
@@ -433,7 +434,6 @@ def _form(typed: Typed, faults: Sequence[Refusal] = (), notice: str = "") -> str
         others=[table_words.label(name) for name in typed.answers if name not in guide.QUICK],
         rows=MEASUREMENTS,
         words=guide.WORDS,
-        how_to=table_words.how_to,
         leg_words=guide.LEG_WORDS,
         symbols=symbols(typed.units),
         labels={"body": _("Who it is for")} | table_words.labels(),

@@ -1,12 +1,8 @@
 /** What the browser tests share: a page that is watched, ways to fill it in, ways to look at it. */
 
-import { readFileSync } from "node:fs";
-import { createRequire } from "node:module";
-
 import { test as base, expect } from "@playwright/test";
 
-const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
-
+export { axe } from "./axe.js";
 export { expect };
 
 /**
@@ -100,13 +96,6 @@ export async function tabTo(page, selector, most = 80) {
     await page.keyboard.press("Tab");
   }
   expect(await reached(), `${selector} is reached with the Tab key`).toBe(true);
-}
-
-/** What axe finds wrong, in its words: the rule and where. */
-export async function axe(page) {
-  await page.evaluate(AXE);
-  const { violations } = await page.evaluate(() => window.axe.run(document));
-  return violations.map(({ id, nodes }) => `${id}: ${nodes.map((node) => node.target).join(", ")}`);
 }
 
 /** The pixels of a screenshot at half its size: {width, height, data}, four numbers each. */

@@ -13,7 +13,7 @@ export const METRIC = {
   inseam_height: "78",
 };
 
-export const NEXT = "main .finish button.button";
+export const NEXT = "main :is(.finish button.button, .actions a.button)";
 
 /** From the start to the first measurement; `look` sees the start before it is left. */
 export async function begin(page, units = "metric", look = async () => {}) {
