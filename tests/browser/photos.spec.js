@@ -132,6 +132,7 @@ test("a photo becomes an outline and a comparison, and only the outline is sent"
   ]);
   const fields = [
     ["csrf_token", null],
+    ["worn", null],
     ["camera_distance", null],
     ["camera_height", null],
     ["front", "image/png"],
