@@ -9,8 +9,9 @@ say in what those leave open.
 Clothes, stance and arms are no body. How far close cloth stands off is left open, level by level:
 it only ever adds to an outline, and by the same in every photo, so that most of what the entered
 values and what bodies look like do not explain is taken for it. Where cloth hangs loose, as the
-person says or as so much of it is found, an outline only says where the body ends at most. Where the person stands, leans and sways is left open too; what an arm may hide
-is left out; and an edge that is far from where any likely body has it counts for little.
+person says or as so much of it is found, an outline only says where the body ends at most. Where
+the person stands, leans and sways is left open too; what an arm may hide is left out; and an edge
+that is far from where any likely body has it counts for little.
 """
 
 from collections.abc import Mapping, Sequence
