@@ -372,7 +372,7 @@ def test_the_page_says_what_was_taken_for_clothes(shopper):
     shopper.get("/compare")
     token = shopper.page.find(".//input[@name='csrf_token']").get("value")
     said = {
-        "": "say so above",
+        "": "say so and refine again",
         "tight": "may still count as body",
         "loose_legs": "clothes are loose",
     }

@@ -32,7 +32,7 @@ from model.comparison import EDGE_LEVELS, Comparison, compare
 from model.comparison_pictures import difference, filled, overlay, projection
 from model.masks import MOST_BYTES, Mask, PictureRefusedError, read_mask
 from model.measurements import MEASUREMENTS
-from model.refinement import HANGING, WORN, Photo, Refined, refine
+from model.refinement import HANGING, WORN, Photo, Refined, Worn, refine
 from model.rendering import render_png
 from model.studio import RenderingUnavailable
 from webapp import refined, units
@@ -357,7 +357,7 @@ def _page(
         messages={fault.field: fault.message for fault in faults},
         reasons=REASONS,
         clothes=CLOTHES,
-        worn=request.form.get("worn", ""),
+        worn=_worn() or "",
         camera={name: request.form.get(f"camera_{name}", "")[:20] for name in CAMERA_LIMITS},
     )
 
@@ -365,7 +365,6 @@ def _page(
 def _with_setup(wanted: AvatarRequest) -> AvatarRequest:
     """The same request, with the clothes and seen by the camera that the form tells of."""
     placed, faults = {}, []
-    worn = next((one for one in WORN if one == request.form.get("worn")), None)
     for name, (low, high) in CAMERA_LIMITS.items():
         field = f"camera_{name}"
         typed = request.form.get(field, "").strip()[:20]
@@ -392,7 +391,12 @@ def _with_setup(wanted: AvatarRequest) -> AvatarRequest:
             faults.append(Refusal(field, "out_of_range", message))
     if faults:
         raise Refused(faults)
-    return replace(wanted, worn=worn, camera=Camera(**placed), told=frozenset(placed))
+    return replace(wanted, worn=_worn(), camera=Camera(**placed), told=frozenset(placed))
+
+
+def _worn() -> Worn | None:
+    """What the form says is worn; None where it does not say."""
+    return next((one for one in WORN if one == request.form.get("worn")), None)
 
 
 def _sent(side: Side) -> bytes:
