@@ -116,7 +116,7 @@ class Refined:
 
     def loose_at(self, share: float) -> bool:
         """Whether outlines only said where the body ends at most, at such a height."""
-        return bool(_near(self.loose, share))
+        return bool(_near(self.loose, np.array([share]))[0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,7 +226,7 @@ def _observe(estimator: Estimator, fit: TapeFit, photo: Photo) -> _Observed:
     observed = _Observed(
         rest=edges.positions - trunk.positions[places, edges.ends],
         shares=shares,
-        outwards=2.0 * edges.ends - 1,
+        outwards=np.where(edges.ends == 1, 1.0, -1.0),
         slopes=slopes,
         free=np.column_stack(
             [np.full(len(along), PLACE), LEAN * along, SWAY * (1 - along**2)],
@@ -259,7 +259,7 @@ def _by_levels(shares: Floats) -> Floats:
     return np.column_stack([np.interp(shares, CLOTH_LEVELS, one) for one in every])
 
 
-def _near(loose: Booleans, shares: Floats | float) -> Booleans:
+def _near(loose: Booleans, shares: Floats) -> Booleans:
     """Which heights lie less than a level away from where cloth hangs loose."""
     near: Booleans = np.interp(shares, CLOTH_LEVELS, loose) > 0
     return near
