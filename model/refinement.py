@@ -6,15 +6,17 @@ linear observations; Gauss-Newton, as an outline bends when the body does); amon
 fit finds the one that measures what was asked. Entered values hold as before, and outlines have a
 say in what those leave open.
 
-Clothes, stance and arms are no body. How far cloth stands off is left open, level by level: it
-only ever adds to an outline, and by the same in every photo, so that most of what the entered
-values and what bodies look like do not explain is taken for it. Where the person stands, leans and
-sways is left open too; what an arm may hide is left out; and an edge that is far from where any
-likely body has it counts for little.
+Clothes, stance and arms are no body. How far close cloth stands off is left open, level by level:
+it only ever adds to an outline, and by the same in every photo, so that most of what the entered
+values and what bodies look like do not explain is taken for it. Where cloth hangs loose, as the
+person says or as so much of it is found, an outline only says where the body ends at most. Where
+the person stands, leans and sways is left open too; what an arm may hide is left out; and an edge
+that is far from where any likely body has it counts for little.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal, get_args
 
 import numpy as np
 from scipy.linalg import block_diag, qr, solve_triangular
@@ -42,6 +44,20 @@ photos are asked for in tight clothes, and some wear much: an exponential law.""
 CLOTH_LEVELS = np.linspace(0.14, 0.86, 13)
 """Shares of the stature, from above the ankles to the neck: between two of them cloth changes
 evenly."""
+
+Worn = Literal["tight", "loose_top", "loose_legs", "loose"]
+WORN: tuple[Worn, ...] = get_args(Worn)
+LOOSE: Mapping[Worn, tuple[float, float]] = {
+    "tight": (0, 0),
+    "loose_top": (0.41, 1),
+    "loose_legs": (0, 0.65),
+    "loose": (0, 1),
+}
+"""From where to where clothes hang loose, as shares of the stature. A top hangs over the hips, and
+trousers and skirts begin at the waist; edges within a level of there are taken as loose too."""
+
+HANGING = 0.005
+"""Metres: where nobody said what is worn, cloth that is found to stand off by more hangs loose."""
 
 TAPED = 0.05
 """Where cloth is told from body, entered values are known to this share of how bodies differ."""
@@ -82,6 +98,7 @@ class Refined:
     ----------
     fit : as the tape fit gives it; its distance and limit are the population's.
     cloth : ndarray, metres that were taken for cloth at each of `CLOTH_LEVELS`.
+    loose : ndarray of bool, at which of those cloth hangs loose.
     unexplained : the share of edges that count less than half.
     pull : 1 for the whole, a half where the noise had to be taken twice as large, and so on; 0
         where outlines were given up.
@@ -89,12 +106,17 @@ class Refined:
 
     fit: TapeFit
     cloth: Floats
+    loose: Booleans
     unexplained: float
     pull: float
 
     def cloth_at(self, share: float) -> float:
         """Metres that were taken for cloth at a height, told as a share of the stature."""
         return float(np.interp(share, CLOTH_LEVELS, self.cloth))
+
+    def loose_at(self, share: float) -> bool:
+        """Whether outlines only said where the body ends at most, at such a height."""
+        return bool(_near(self.loose, np.array([share]))[0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,19 +126,31 @@ class _Observed:
     Attributes
     ----------
     rest : ndarray of shape (n,), metres: how far the photo's are outside or to the right.
+    shares : ndarray of shape (n,), how high they are, of the stature.
+    outwards : ndarray of shape (n,), by cloth that stands off by a metre: of a breadth 2, of the
+        figure's right end 1, of its left end -1.
     slopes : ndarray of shape (n, K), by the body's coefficients.
-    cloth : ndarray of shape (n, L), by cloth at each of `CLOTH_LEVELS`, of mean 1.
     free : ndarray of shape (n, F), by what is neither, each of unit deviation.
     """
 
     rest: Floats
+    shares: Floats
+    outwards: Floats
     slopes: Floats
-    cloth: Floats
     free: Floats
 
 
-def refine(estimator: Estimator, asked: MeasurementSet, photos: Sequence[Photo]) -> Refined:
+def refine(
+    estimator: Estimator,
+    asked: MeasurementSet,
+    photos: Sequence[Photo],
+    worn: Worn | None = None,
+) -> Refined:
     """The likeliest body that measures what was asked, given outlines of the person.
+
+    Parameters
+    ----------
+    worn : what the person wears; where it hangs loose is looked for if nobody told.
 
     Raises
     ------
@@ -127,10 +161,11 @@ def refine(estimator: Estimator, asked: MeasurementSet, photos: Sequence[Photo])
     """
     first = fit_to_tape(estimator, asked)
     for times in range(MILDER):
-        fit, cloth, unexplained = _pulled(estimator, asked, photos, first, NOISE * 2**times)
-        if _holds(first, fit):
-            return Refined(fit, cloth, unexplained, 0.5**times)
-    return Refined(first, np.zeros(len(CLOTH_LEVELS)), 1.0, 0.0)
+        found = _pulled(estimator, asked, photos, first, NOISE * 2**times, worn)
+        if _holds(first, found.fit):
+            return replace(found, pull=0.5**times)
+    nowhere = np.zeros(len(CLOTH_LEVELS))
+    return Refined(first, nowhere, nowhere > 0, 1.0, 0.0)
 
 
 def _pulled(
@@ -139,17 +174,25 @@ def _pulled(
     photos: Sequence[Photo],
     first: TapeFit,
     noise: float,
-) -> tuple[TapeFit, Floats, float]:
-    """A fit, what was taken for cloth, and the share of edges that count little."""
+    worn: Worn | None,
+) -> Refined:
+    """What outlines make of a body, whether or not it looks like a person."""
     fit, centre = first, estimator.likeliest(asked)
+    low, high = LOOSE[worn or "tight"]
+    loose = (low < CLOTH_LEVELS) & (high > CLOTH_LEVELS)
     for _ in range(ROUNDS):
         seen_now = [_observe(estimator, fit, photo) for photo in photos]
         tapes = _tape_slopes(estimator, asked, fit)
-        likely, cloth, weights = _given(estimator, centre, fit.coefficients, tapes, seen_now, noise)
+        at = fit.coefficients
+        likely, cloth, weights = _given(estimator, centre, at, tapes, seen_now, noise, loose)
+        hanging = (cloth > HANGING) & ~loose
+        if worn is None and hanging.any():
+            loose = loose | hanging
+            likely, cloth, weights = _given(estimator, centre, at, tapes, seen_now, noise, loose)
         fit = fit_to_tape(estimator, asked, likely)
     w = np.linalg.solve(estimator.spread, fit.coefficients - estimator.mean)
     fit = replace(fit, distance=float(w @ w), furthest=furthest(estimator, len(MEASUREMENTS)))
-    return fit, cloth, float((weights < 0.5).mean())
+    return Refined(fit, cloth, loose, float((weights < 0.5).mean()), 1.0)
 
 
 def _holds(first: TapeFit, fit: TapeFit) -> bool:
@@ -178,12 +221,13 @@ def _observe(estimator: Estimator, fit: TapeFit, photo: Photo) -> _Observed:
     trunk = contour(body.template, flat, UPRIGHT, heights)
     by_vertex = contour_gradients(trunk, body.vertices, edges.side, edges.camera, edges.facing)
     slopes = basis.by_coefficients(by_vertex)[places + edges.ends * len(heights)]
-    share = edges.heights / flat[:, 1].max()
-    along = 2 * share - 1
+    shares = edges.heights / flat[:, 1].max()
+    along = 2 * shares - 1
     observed = _Observed(
         rest=edges.positions - trunk.positions[places, edges.ends],
+        shares=shares,
+        outwards=np.where(edges.ends == 1, 1.0, -1.0),
         slopes=slopes,
-        cloth=(2.0 * edges.ends - 1)[:, None] * _by_cloth(share),
         free=np.column_stack(
             [np.full(len(along), PLACE), LEAN * along, SWAY * (1 - along**2)],
         ),
@@ -199,20 +243,26 @@ def _with_legs(
     legs = contour(body.template, flat, LEG, edges.leg_heights)
     by_vertex = contour_gradients(legs, body.vertices, edges.side, edges.camera, edges.facing)
     slopes = estimator.basis.by_coefficients(by_vertex)
-    cloth = 2 * _by_cloth(edges.leg_heights / flat[:, 1].max())
     free = np.zeros((count, observed.free.shape[1]))
     return _Observed(
         np.concatenate([observed.rest, edges.leg_breadths - np.ptp(legs.positions, axis=1)]),
+        np.concatenate([observed.shares, edges.leg_heights / flat[:, 1].max()]),
+        np.concatenate([observed.outwards, np.full(count, 2.0)]),
         np.concatenate([observed.slopes, slopes[count:] - slopes[:count]]),
-        np.concatenate([observed.cloth, cloth]),
         np.concatenate([observed.free, free]),
     )
 
 
-def _by_cloth(shares: Floats) -> Floats:
-    """How far cloth of mean size at each of `CLOTH_LEVELS` moves edges outwards: (n, L)."""
+def _by_levels(shares: Floats) -> Floats:
+    """How much each of `CLOTH_LEVELS` counts at some heights: (n, L)."""
     every = np.eye(len(CLOTH_LEVELS))
-    return CLOTH * np.column_stack([np.interp(shares, CLOTH_LEVELS, one) for one in every])
+    return np.column_stack([np.interp(shares, CLOTH_LEVELS, one) for one in every])
+
+
+def _near(loose: Booleans, shares: Floats) -> Booleans:
+    """Which heights lie less than a level away from where cloth hangs loose."""
+    near: Booleans = np.interp(shares, CLOTH_LEVELS, loose) > 0
+    return near
 
 
 def _given(
@@ -222,6 +272,7 @@ def _given(
     tapes: Floats,
     photos: Sequence[_Observed],
     noise: float,
+    loose: Booleans,
 ) -> tuple[Likely, Floats, Floats]:
     """Which bodies are likely given the edges; what was taken for cloth; each edge's weight.
 
@@ -231,24 +282,30 @@ def _given(
     at : ndarray of shape (K,), coefficients of the body that the edges were taken beside, which
         measures what was asked.
     tapes : ndarray of shape (m, K), what was asked by coefficients.
+    loose : ndarray of bool, shape (L,): where edges only say where the body ends at most.
     """
-    # One cloth for all photos; each its own place, lean and sway.
+    rest, shares, outwards, slopes = (
+        np.concatenate([getattr(photo, name) for photo in photos])
+        for name in ("rest", "shares", "outwards", "slopes")
+    )
+    bounds, by_levels = _near(loose, shares), _by_levels(shares)
+    # One cloth for all photos, but where it hangs loose; each its own place, lean and sway.
     parts = [
-        np.concatenate([photo.slopes for photo in photos]) @ estimator.spread,
-        np.concatenate([photo.cloth for photo in photos]),
+        slopes @ estimator.spread,
+        CLOTH * np.where(bounds, 0, outwards)[:, None] * by_levels,
         block_diag(*(photo.free for photo in photos)),
     ]
     every = np.concatenate(parts, axis=1) / noise
     size = len(at)
     cloth = slice(size, size + len(CLOTH_LEVELS))
     w = np.linalg.solve(estimator.spread, at - centre)
-    goal = np.concatenate([photo.rest for photo in photos]) / noise + every[:, :size] @ w
+    goal = rest / noise + every[:, :size] @ w
     known = tapes @ estimator.spread
     known /= TAPED * np.linalg.norm(known, axis=1)[:, None]
     # Cloth has its law's linear term; the little more is for levels that no photo shows.
     own = np.ones(every.shape[1])
     own[cloth] = 1e-3
-    weights = np.ones(len(goal))
+    weights = np.where(bounds, 0.0, 1.0)
     for _ in range(REWEIGHTINGS):
         weighted = every * weights[:, None]
         precision = np.diag(own) + weighted.T @ every
@@ -258,14 +315,21 @@ def _given(
         taped[:size, :size] += known.T @ known
         taped_pull[:size] += known.T @ (known @ w)
         found, kept = _without_less_than_nothing(taped, taped_pull, cloth)
-        weights = 1 / (1 + ((goal - every @ found) / OUTLIER) ** 2)
+        off = goal - every @ found
+        outside = bounds & (off * outwards > 0)
+        weights = np.where(outside, 0, 1 / (1 + (off / OUTLIER) ** 2))
     # The tape fit sees to what was asked: of that, this spread knows nothing.
     half = np.linalg.cholesky(np.linalg.inv(precision[np.ix_(kept, kept)])[:size, :size])
     # A triangular root of spread · covariance · spreadᵀ, without squaring either.
     root = np.asarray(qr((estimator.spread @ half).T, mode="r")[0][:size].T, dtype=np.float64)
     triangle = root * np.where(np.diag(root) < 0, -1.0, 1.0)
     mean = centre + estimator.spread @ found[:size]
-    return Likely(mean, triangle), found[cloth] * CLOTH, weights
+    cloths = found[cloth] * CLOTH
+    if loose.any():
+        hangs = noise * np.where(outside, off / outwards, 0)[bounds]
+        share_of = by_levels[np.ix_(bounds, loose)]
+        cloths[loose] = hangs @ share_of / np.maximum(share_of.sum(axis=0), 1e-9)
+    return Likely(mean, triangle), cloths, weights
 
 
 def _without_less_than_nothing(

@@ -15,6 +15,7 @@ from scipy import ndimage
 from werkzeug.datastructures import FileStorage
 from werkzeug.test import encode_multipart
 
+from model.comparison import EDGE_LEVELS
 from webapp.comparisons import ROOM
 
 PERSON = {
@@ -146,9 +147,37 @@ def test_a_skirt_is_taken_for_clothes_and_told(client):
     told = {row["measurement"]: row["cloth_cm"] for row in refinement["clothes"]}
     assert told["hip_girth"] == pytest.approx(3, abs=1)
     assert not {"bust_girth", "calf_girth"} & {*told}
+    assert {*told} <= {*refinement["limited"]}
     plain = {side: outline(client, side) for side in ("front", "profile")}
     refinement = send(client, PERSON | {"refine": True}, **plain).json["refinement"]
     assert refinement["clothes"] == []
+    assert refinement["limited"] == []
+
+
+def test_where_clothes_are_said_to_be_loose_outlines_only_bound(client):
+    """Thick thighs follow the outline, unless it only says where they end at most."""
+    true = PERSON["measurements"] | {"thigh_girth": 63}
+    pictures = {
+        side: outline(client, side, PERSON | {"measurements": true})
+        for side in ("front", "profile")
+    }
+    thighs, limited = {}, {}
+    for worn in ("tight", "loose_top", "loose_legs", "loose"):
+        answer = send(client, PERSON | {"refine": True, "worn": worn}, **pictures).json
+        rows = {row["name"]: row for row in answer["refinement"]["measurements"]}
+        thigh = rows["thigh_girth"]
+        thighs[worn] = thigh["after"] - thigh["before"]
+        limited[worn] = answer["refinement"]["limited"]
+    assert thighs["tight"] > 1
+    assert max(thighs["loose_legs"], thighs["loose"]) < 0.7 * thighs["tight"]
+    assert limited["tight"] == []
+    assert {"bust_girth", "hip_girth"} <= {*limited["loose_top"]}
+    assert "calf_girth" not in limited["loose_top"]
+    assert {"waist_girth", "calf_girth"} <= {*limited["loose_legs"]}
+    assert "bust_girth" not in limited["loose_legs"]
+    assert {*limited["loose"]} == {*EDGE_LEVELS}
+    refused = send(client, PERSON | {"refine": True, "worn": "a hat"}, **pictures)
+    assert faults(refused) == {("worn", "invalid_choice")}
 
 
 def skirted(content, off):
@@ -342,14 +371,26 @@ def test_the_page_says_what_was_taken_for_clothes(shopper):
     skirts = {side: skirted(content, 0.03) for side, content in plain.items()}
     shopper.get("/compare")
     token = shopper.page.find(".//input[@name='csrf_token']").get("value")
-    for pictures, told in ((plain, False), (skirts, True)):
+    said = {
+        "": "say so and refine again",
+        "tight": "may still count as body",
+        "loose_legs": "clothes are loose",
+    }
+    for pictures, worn in ((plain, ""), (skirts, ""), (skirts, "tight"), (skirts, "loose_legs")):
         files = {side: (io.BytesIO(one), f"{side}.png") for side, one in pictures.items()}
-        shopper.post("/compare", data={"csrf_token": token, "refine": "1"} | files)
+        data = {"csrf_token": token, "refine": "1", "worn": worn}
+        shopper.post("/compare", data=data | files)
         assert "before and after" in text(shopper.page.find(".//main"))
+        chosen = shopper.page.find(".//input[@name='worn'][@checked]")
+        assert chosen.get("value") == worn
         notice = shopper.page.find(".//p[@class='notice clothes']")
-        assert (notice is not None) == told
-    assert re.search(r"Hips [23]\.\d cm", text(notice))
-    assert "Calf" not in text(notice)
+        limited = shopper.page.find(".//p[@class='limited']")
+        assert (notice is None) == (pictures is plain)
+        assert (limited is None) == (pictures is plain or worn == "tight")
+        if notice is not None:
+            assert said[worn] in text(notice)
+            assert re.search(r"Hips [23]\.\d cm", text(notice))
+            assert "Calf" not in text(notice)
 
 
 def test_the_camera_is_told_in_the_shoppers_units(shopper):

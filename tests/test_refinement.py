@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.outlines import CLOTHED, TROUSERS, roughened
+from bench.outlines import CLOTHED, SKIRT, TROUSERS, roughened
 from model import refinement
 from model.anthropometry import measure, measure_batch
 from model.cameras import Camera
@@ -58,10 +58,10 @@ def test_the_body_comes_nearer_and_entered_values_stay(row):
     assert refined.pull == 1
     assert refined.unexplained < 0.1
     assert refined.cloth.mean() < 0.002
+    assert refined.loose.sum() <= 1
     assert refined.fit.distance < refined.fit.furthest
 
 
-SKIRT = (0.3, 0.62)
 GIRTHS = (
     "underbust_girth",
     "waist_girth",
@@ -76,30 +76,54 @@ GIRTHS = (
 
 @pytest.mark.parametrize("row", [3, 300])
 @pytest.mark.parametrize(
-    ("cloth", "worn"), [(0.02, CLOTHED), (0.03, TROUSERS), (0.04, SKIRT)], ids=str
+    ("cloth", "worn", "said"),
+    [
+        (0.02, CLOTHED, None),
+        (0.02, CLOTHED, "loose"),
+        (0.03, TROUSERS, None),
+        (0.03, TROUSERS, "loose_legs"),
+        (0.04, SKIRT, None),
+        (0.04, SKIRT, "loose_legs"),
+    ],
+    ids=str,
 )
-def test_clothes_are_not_taken_for_body(row, cloth, worn):
+def test_clothes_are_not_taken_for_body(row, cloth, worn, said):
     body, estimator, asked, photos = person_of(row, cloth, worn)
     first = fit_to_tape(estimator, asked)
-    refined = refine(estimator, asked, photos)
+    refined = refine(estimator, asked, photos, said)
     bodies = (body, first.body, refined.fit.body)
     true, before, after = measure_batch(
         body.template, np.stack([one.vertices for one in bodies]), GIRTHS
     )
-    # Of what cloth adds to a girth, four tenths at most become body: that at mid thigh.
-    assert (after - np.maximum(true, before)).max() < 0.4 * 2 * np.pi * cloth
+    # Of what cloth adds to a girth, less than a tenth becomes body, noise of the outline included.
+    assert (after - np.maximum(true, before)).max() < 0.1 * 2 * np.pi * cloth
     apart = [
         np.linalg.norm(one.vertices - body.vertices, axis=1)[judged(body)].mean()
         for one in bodies[1:]
     ]
-    assert apart[1] < 0.8 * apart[0]
+    assert apart[1] < 1.03 * apart[0]
     # Where clothes are worn they are found, by their size; elsewhere, hardly any.
     within = (worn[0] + 0.03 < CLOTH_LEVELS) & (worn[1] - 0.03 > CLOTH_LEVELS)
     without = (worn[0] - 0.06 > CLOTH_LEVELS) | (worn[1] + 0.06 < CLOTH_LEVELS)
     assert refined.cloth[within].mean() == pytest.approx(cloth, rel=0.4)
-    assert refined.cloth.min() == 0
+    assert refined.cloth.min() >= 0
     assert (refined.cloth[without] < 0.015).all()
     assert refined.cloth_at(CLOTH_LEVELS[4]) == refined.cloth[4]
+    assert refined.loose[within].all()
+    assert refined.loose_at(CLOTH_LEVELS[6])
+
+
+def test_what_is_said_to_be_tight_counts_from_all_sides():
+    """Told so, cloth is still told from body where that can be, but nothing is only a bound."""
+    body, estimator, asked, photos = person_of(3, 0.02)
+    tight, cautious = (refine(estimator, asked, photos, said) for said in ("tight", None))
+    assert not tight.loose.any()
+    assert not tight.loose_at(0.5)
+    assert cautious.loose.any()
+    fits = [fit_to_tape(estimator, asked), cautious.fit, tight.fit]
+    bodies = np.stack([fit.body.vertices for fit in fits])
+    girths = measure_batch(body.template, bodies, ["mid_thigh_girth"])[:, 0]
+    assert girths[2] > girths[:2].max() + 0.01
 
 
 def test_no_cloth_is_below_zero_and_none_is_held_there_that_would_grow():

@@ -1,12 +1,13 @@
 """Words of comparisons: why a picture is refused, and why a photo and a body may differ."""
 
 from collections.abc import Container, Mapping
-from typing import Any
+from typing import Any, Literal
 
 from flask_babel import lazy_gettext as _l
 
 from model.comparison import Level
 from model.masks import MOST_ACROSS, MOST_BYTES, MOST_PIXELS
+from model.refinement import Worn
 
 WORDS: Mapping[str, Any] = {
     "wrong_type": _l("A PNG or JPEG picture is needed here."),
@@ -24,6 +25,15 @@ WORDS: Mapping[str, Any] = {
     "several_people": _l("There seems to be more than one person or thing in the picture."),
     "too_small": _l("The person is too small in the picture. Come nearer, or send it larger."),
 }
+
+CLOTHES: Mapping[Worn | Literal[""], Any] = {
+    "": _l("I am not sure, or would rather not say"),
+    "tight": _l("Underwear, or clothes that fit close everywhere"),
+    "loose_top": _l("A loose top, close-fitting or bare below"),
+    "loose_legs": _l("Loose trousers or a skirt, close-fitting or bare above"),
+    "loose": _l("Loose above and below, or a dress"),
+}
+"""What may be worn in a photo, as the page asks; "" is the same as not saying."""
 
 REASONS: tuple[tuple[str, Any, Any], ...] = (
     (

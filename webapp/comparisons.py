@@ -32,12 +32,12 @@ from model.comparison import EDGE_LEVELS, Comparison, compare
 from model.comparison_pictures import difference, filled, overlay, projection
 from model.masks import MOST_BYTES, Mask, PictureRefusedError, read_mask
 from model.measurements import MEASUREMENTS
-from model.refinement import Photo, Refined, refine
+from model.refinement import HANGING, WORN, Photo, Refined, Worn, refine
 from model.rendering import render_png
 from model.studio import RenderingUnavailable
 from webapp import refined, units
 from webapp.avatars import Avatar, avatar_of, make_avatar, shown_request
-from webapp.comparison_words import REASONS, TITLES, WORDS, reasons_at
+from webapp.comparison_words import CLOTHES, REASONS, TITLES, WORDS, reasons_at
 from webapp.forms import CAMERA_LIMITS, AvatarRequest, Refusal, Refused
 from webapp.sessions import cookie_fits
 from webapp.table_words import label
@@ -57,9 +57,6 @@ STATUS: Mapping[str, int] = {
     "too_large": 413,
 }
 """What a picture is refused with; 422 where it is a picture, but of no person standing alone."""
-
-LEAST_CLOTH = 0.005
-"""Metres: what was taken for clothes at a level is told from this on."""
 
 bp = Blueprint("comparisons", __name__)
 
@@ -167,7 +164,7 @@ def improve(
     """The avatar as the outlines would have it; entered values hold as they did."""
     photos = [Photo(masks[side], side, view.camera, view.facing) for side, view in views.items()]
     camera = photos[0].camera
-    found = refine(avatar.estimator, avatar.wanted.asked, photos)
+    found = refine(avatar.estimator, avatar.wanted.asked, photos, avatar.wanted.worn)
     # Where the outlines had no say, a body that earlier ones refined stays as it is.
     improved = avatar_of(avatar.wanted, avatar.estimator, found.fit.body) if found.pull else avatar
     return Improved(improved, found, compare_all(improved, masks, camera))
@@ -186,7 +183,7 @@ def refinement(avatar: Avatar, improved: Improved) -> dict[str, Any]:
             "most": round(100 * float(moved.max()), 3),
         },
         "cloth_cm": round(100 * float(found.cloth.mean()), 2),
-        "clothes": _clothes(improved),
+        **_clothes(improved),
         "unexplained": round(found.unexplained, 3),
         "measurements": [
             {
@@ -201,23 +198,29 @@ def refinement(avatar: Avatar, improved: Improved) -> dict[str, Any]:
     }
 
 
-def _clothes(improved: Improved) -> list[dict[str, Any]]:
-    """Where the outlines' pull was limited, from the top down: what was taken for clothes there.
+def _clothes(improved: Improved) -> dict[str, Any]:
+    """What was taken for clothes, and where outlines only said where the body ends at most.
 
-    At every girth at whose height outlines have a say, whether or not a view shows its level.
+    Of every girth at whose height outlines have a say, whether or not a view shows its level; from
+    the top down.
     """
     measured = improved.avatar.measured
     stature = measured.values["stature"]
     heights = {name: float(measured.paths[name][:, 1].mean()) for name in EDGE_LEVELS}
-    cloth = {
-        name: improved.refined.cloth_at(height / stature)
+    shares = {
+        name: height / stature
         for name, height in sorted(heights.items(), key=lambda pair: -pair[1])
     }
-    return [
-        {"measurement": name, "cloth_cm": round(100 * off, 2)}
-        for name, off in cloth.items()
-        if off >= LEAST_CLOTH
-    ]
+    found = improved.refined
+    cloth = {name: found.cloth_at(share) for name, share in shares.items()}
+    return {
+        "clothes": [
+            {"measurement": name, "cloth_cm": round(100 * off, 2)}
+            for name, off in cloth.items()
+            if off >= HANGING
+        ],
+        "limited": [name for name, share in shares.items() if found.loose_at(share)],
+    }
 
 
 def document(comparison: Comparison, wanted: AvatarRequest) -> dict[str, Any]:
@@ -293,7 +296,7 @@ def answer() -> Response | AnyResponse | str | tuple[str, int]:
             )
         return redirect(url_for("wizard.start"), 303)
     try:
-        wanted = _with_camera(wanted)
+        wanted = _with_setup(wanted)
         masks = masks_sent()
         avatar = make_avatar(wanted)
         compared = compare_all(avatar, masks, camera_of(avatar, masks))
@@ -309,6 +312,7 @@ def answer() -> Response | AnyResponse | str | tuple[str, int]:
                 row["label"] = label(row["name"])
             for row in changes["clothes"]:
                 row["label"] = label(row["measurement"])
+            changes["limited"] = [label(name) for name in changes["limited"]]
             for side, view in improved.views.items():
                 changes[side] = shown(view, improved.avatar)
     except Refused as refused:
@@ -352,12 +356,14 @@ def _page(
         faults=faults,
         messages={fault.field: fault.message for fault in faults},
         reasons=REASONS,
+        clothes=CLOTHES,
+        worn=_worn() or "",
         camera={name: request.form.get(f"camera_{name}", "")[:20] for name in CAMERA_LIMITS},
     )
 
 
-def _with_camera(wanted: AvatarRequest) -> AvatarRequest:
-    """The same request, seen by the camera that the form tells of."""
+def _with_setup(wanted: AvatarRequest) -> AvatarRequest:
+    """The same request, with the clothes and seen by the camera that the form tells of."""
     placed, faults = {}, []
     for name, (low, high) in CAMERA_LIMITS.items():
         field = f"camera_{name}"
@@ -385,7 +391,12 @@ def _with_camera(wanted: AvatarRequest) -> AvatarRequest:
             faults.append(Refusal(field, "out_of_range", message))
     if faults:
         raise Refused(faults)
-    return replace(wanted, camera=Camera(**placed), told=frozenset(placed))
+    return replace(wanted, worn=_worn(), camera=Camera(**placed), told=frozenset(placed))
+
+
+def _worn() -> Worn | None:
+    """What the form says is worn; None where it does not say."""
+    return next((one for one in WORN if one == request.form.get("worn")), None)
 
 
 def _sent(side: Side) -> bytes:

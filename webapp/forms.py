@@ -14,6 +14,7 @@ from flask_babel import lazy_gettext as _l
 
 from model.cameras import DISTANCES, HEIGHTS, Camera
 from model.measurements import BODY_KINDS, MEASUREMENTS, BodyKind, Measurement, MeasurementSet
+from model.refinement import WORN, Worn
 from webapp import units
 from webapp.language import decimal
 from webapp.units import UNITS, Units
@@ -24,7 +25,7 @@ Limits = Mapping[str, tuple[float, float]]
 BODY_MEMBERS = ("body", "units", "measurements", "fit")
 FILE_MEMBERS = (*BODY_MEMBERS, "morph_targets")
 PICTURE_MEMBERS = (*BODY_MEMBERS, "silhouette", "camera", "facing")
-COMPARISON_MEMBERS = (*PICTURE_MEMBERS, "refine")
+COMPARISON_MEMBERS = (*PICTURE_MEMBERS, "refine", "worn")
 
 Fit = Literal["tape", "linear"]
 FITS: tuple[Fit, Fit] = get_args(Fit)
@@ -62,6 +63,7 @@ class AvatarRequest:
 
     noise : the deviation of what was read more than once, SI, by name
     camera, told : where the camera stood, and which of its members were told; the others are usual
+    worn : what the person of the photos wears; None where not told
     refined : what an outline made of the body, see `webapp.refined`; "" where none had a say
     """
 
@@ -72,6 +74,7 @@ class AvatarRequest:
     morph_targets: bool = False
     noise: Mapping[str, float] = field(default_factory=dict)
     refine: bool = False
+    worn: Worn | None = None
     silhouette: bool = False
     camera: Camera = field(default_factory=Camera)
     told: frozenset[str] = frozenset()
@@ -120,6 +123,7 @@ def read_document(
     silhouette = _flag(document, "silhouette", faults)
     morph_targets = _flag(document, "morph_targets", faults)
     refine = _flag(document, "refine", faults)
+    worn = _choice(document, "worn", WORN, None, faults) if "worn" in document else None
     camera = _camera(document.get("camera", {}), faults)
     asked = _asked(document, chosen, limits.get(cast(BodyKind, body)), faults)
     if faults:
@@ -131,6 +135,7 @@ def read_document(
         fit=fit,
         morph_targets=morph_targets,
         refine=refine,
+        worn=cast(Worn | None, worn),
         silhouette=silhouette,
         camera=camera,
         told=frozenset(document.get("camera", {})),

@@ -4,6 +4,7 @@ from typing import Any
 
 from model.comparison import EDGE_LEVELS, LEVELS
 from model.measurements import BODY_KINDS, MEASUREMENTS
+from model.refinement import WORN
 from webapp.comparison_words import REASONS
 from webapp.comparisons import SIDES
 from webapp.forms import CAMERA_LIMITS, FITS
@@ -101,7 +102,15 @@ def schemas() -> dict[str, Schema]:
                     "description": "Whether to answer, beside the comparison, what the body would "
                     "be if the outlines had a say in what the entered values leave open: "
                     "`refinement`. Entered values hold as before.",
-                }
+                },
+                "worn": {
+                    "enum": list(WORN),
+                    "description": "What the person of the photos wears, for `refine`: `tight`, "
+                    "underwear or what fits close everywhere; `loose_top`, from the shoulders to "
+                    "below the hips; `loose_legs`, trousers or a skirt; `loose`, both or a dress. "
+                    "Where clothes are loose, outlines only say where the body ends at most. Not "
+                    "told, that holds where so much cloth is found that it must hang loose.",
+                },
             },
             required=needed,
         ),
@@ -142,12 +151,19 @@ def schemas() -> dict[str, Schema]:
                             "cloth_cm": {**positive, "description": "On each side of the body."},
                         }
                     ),
-                    "description": "Where the outlines' pull was limited, from the top down: the "
-                    "levels at which half a centimetre or more was taken for cloth, as neither "
-                    "the entered values nor what bodies look like explain it. Some cloth may "
-                    "count as body all the same. Every girth of trunk and legs but the ankle's, "
-                    "seen in a view or not; between bust and neck there is none, so cloth there "
+                    "description": "From the top down, the levels at which half a centimetre or "
+                    "more was taken for cloth, as neither the entered values nor what bodies "
+                    "look like explain it. Every girth of trunk and legs but the ankle's, seen "
+                    "in a view or not; between bust and neck there is none, so cloth there "
                     "counts in `cloth_cm` alone.",
+                },
+                "limited": {
+                    "type": "array",
+                    "items": level_name | {"enum": list(EDGE_LEVELS)},
+                    "description": "Where the outlines' pull was limited, of the same levels: "
+                    "there they only said where the body ends at most. "
+                    "With `worn` told, where clothes are loose by that; without, near where "
+                    "cloth was found. Elsewhere some cloth may count as body all the same.",
                 },
                 "unexplained": {
                     "type": "number",
@@ -171,7 +187,15 @@ def schemas() -> dict[str, Schema]:
                 },
                 **{side: ref("ComparedView") for side in SIDES},
             },
-            required=["pull", "moved_cm", "cloth_cm", "clothes", "unexplained", "measurements"],
+            required=[
+                "pull",
+                "moved_cm",
+                "cloth_cm",
+                "clothes",
+                "limited",
+                "unexplained",
+                "measurements",
+            ],
         ),
         "ComparedView": object_of(
             {

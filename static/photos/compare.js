@@ -190,10 +190,10 @@ class View {
   }
 }
 
-/** All that is sent: the outlines in black and white, where the camera stood, the form's token. */
+/** All that is sent: the outlines in black and white, what is worn, the camera's place, the token. */
 async function outlines(chosen) {
   const body = new FormData();
-  for (const field of ["csrf_token", "camera_distance", "camera_height"]) {
+  for (const field of ["csrf_token", "worn", "camera_distance", "camera_height"]) {
     body.set(field, form.elements[field].value);
   }
   for (const { name, mask, frame } of chosen) {

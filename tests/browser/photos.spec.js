@@ -115,6 +115,7 @@ test("a photo becomes an outline and a comparison, and only the outline is sent"
   }
 
   // Wanted, the same outlines refine the body, and the page shows what changed.
+  await page.getByLabel("Underwear, or clothes that fit close everywhere").check();
   await page.getByRole("button", { name: "Use my outline to refine the body" }).click();
   await expect(page.locator(".changes tbody tr").first()).toBeVisible(SLOWLY);
   await expect(page.locator(".result .blend").last()).toBeVisible();
@@ -132,6 +133,7 @@ test("a photo becomes an outline and a comparison, and only the outline is sent"
   ]);
   const fields = [
     ["csrf_token", null],
+    ["worn", null],
     ["camera_distance", null],
     ["camera_height", null],
     ["front", "image/png"],
@@ -141,6 +143,8 @@ test("a photo becomes an outline and a comparison, and only the outline is sent"
   const kinds = (parts) => parts.map(({ name, type }) => [name, type]);
   expect(kinds(first)).toEqual(fields);
   expect(kinds(second)).toEqual([...fields, ["refine", null]]);
+  const worn = (parts) => parts.find(({ name }) => name === "worn").content.toString();
+  expect([worn(first), worn(second)]).toEqual(["", "tight"]);
   for (const { content, type } of [...first, ...second]) {
     if (!type) {
       expect(content.length).toBeLessThan(200);
