@@ -27,13 +27,13 @@ UNUSUAL = 2.8
 """Standard deviations from the expected value beyond which a value seems unusual: of normal
 ones, one in two hundred."""
 
-ELSEWHERE = 2.3
+ELSEWHERE = 2.4
 """The same, where a neighbouring measurement would be expected just there."""
 
 NEAR = 3.0
 """So near to what is expected another reading must lie to be what was probably meant."""
 
-FAR_LIKELIER = float(np.log(10))
+FAR_LIKELIER = float(np.log(20))
 """By so much, in logarithms, another reading must be likelier than the value as it stands."""
 
 _LENGTH_FACTORS = (2.54, 1 / 2.54, 10.0, 0.1, 100.0, 0.01, 30.48, 1 / 30.48, 12.0, 1 / 12)

@@ -19,6 +19,7 @@ from model.training.person_fit import (
     local_deviations,
     targets,
 )
+from model.training.stance import in_one_stance
 from model.training.survey import SURVEY_TAPES, load_statistics
 
 VARIATIONS = (*ANCESTRIES, *(name for names in ANCHORS.values() for name in names))
@@ -74,7 +75,7 @@ def test_a_planted_body_is_found_again(shapes: BlendShapes) -> None:
     template = load_template_mesh()
     weights, _ = shapes.weights(sliders(height=0.7, weight=0.8))
     planted = shapes.rest + np.tensordot(weights, shapes.phenotype_shapes, 1)
-    planted = planted + 0.4 * shapes.local_shapes[0, 0]
+    planted = in_one_stance(template, planted + 0.4 * shapes.local_shapes[0, 0])
     taken = read_tapes(template, planted[None], list(SURVEY_TAPES.values()))[0]
     asked = taken / (targets(np.ones(len(taken))))
     draw = draw_sliders("female", asked, local_deviations(shapes), np.random.default_rng(0))
