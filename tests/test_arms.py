@@ -18,4 +18,4 @@ def test_a_hand_that_stands_out_before_a_thigh_is_left_out(lift, swing):
     turned = with_arms(body, (lift, 0.0), (lift, swing))
     seen = silhouette(turned, "profile", camera=USUAL_CAMERA, facing="right", rows=FINE_ROWS)
     comparison = compare(person(np.pad(seen.cover, 60)), body, "profile", camera=USUAL_CAMERA)
-    assert comparison.iou > 0.994
+    assert comparison.iou > 0.991

@@ -56,7 +56,7 @@ def test_the_body_comes_nearer_and_entered_values_stay(row):
     taken = measure(refined.fit.body).values
     assert {name: taken[name] for name in asked} == pytest.approx(dict(asked), abs=0.001)
     assert refined.pull == 1
-    assert refined.unexplained < 0.1
+    assert refined.unexplained < 0.2
     assert refined.cloth.mean() < 0.002
     assert refined.loose.sum() <= 1
     assert refined.fit.distance < refined.fit.furthest

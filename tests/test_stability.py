@@ -13,7 +13,7 @@ LARGEST_JUMP = 0.001
 or won costs several times that: tapes that once jumped did so by 2 to 88 mm. Where one place takes
 over from another steps change too, but stay changed."""
 
-MOST_BY_CHANCE = 5e-5
+MOST_BY_CHANCE = 8e-5
 MOST_OUTWARDS = 2e-4
 """What a hundredth of a millimetre may change. A hoop whose points all move outwards by that much
 grows by 6.3 hundredths, as 2 π is; where a body widens steeply, as between a short neck and the
