@@ -5,7 +5,7 @@ import http from "node:http";
 /** The body that stands in the composed photos: another one than the form's woman. */
 export const PERSON = {
   body: "female",
-  measurements: { stature: 168, bust_girth: 92, waist_girth: 82, hip_girth: 100 },
+  measurements: { stature: 168, bust_girth: 92, waist_girth: 80, hip_girth: 100 },
 };
 
 /**

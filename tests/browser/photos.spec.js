@@ -93,7 +93,7 @@ test("a photo becomes an outline and a comparison, and only the outline is sent"
   await expect(page.locator(".result .blend")).toHaveCount(2);
   await expect(page.locator(".result .blend").last()).toBeVisible();
 
-  // The person of the photo is 8 cm more around the waist than the form's.
+  // The person of the photo is 6 cm more around the waist than the form's.
   for (const view of ["front", "profile"]) {
     const result = page.locator(`.result[data-view="${view}"]`);
     await expect(result.locator("canvas[data-picture=photo]")).toBeVisible();
