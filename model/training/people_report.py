@@ -102,8 +102,8 @@ def people_sections(population: Population, measured: Floats, rows: Path | None)
             who,
             _headline(fits, regressed, bodies, telling, _pca_distances(population, measured)),
             "The eight are those of a shopper and the thigh. The eight that tell most of the "
-            "surface were chosen on bodies that are not held out, one after another, then exchanged "
-            "for as long as that told more: "
+            "surface were chosen on bodies that are not held out, one after another, then "
+            "exchanged for as long as that told more: "
             + "; ".join(
                 f"{sex}: " + ", ".join(f"`{name}`" for name in telling[sex].entered)
                 for sex in SEXES
