@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from model.geometry import Floats
 from model.measurements import MEASUREMENTS, MeasurementSet
@@ -74,7 +74,7 @@ class Given:
     def range(self, name: str, share: float) -> tuple[float, float, float]:
         """The low end, the middle and the high end between which a share of people lie, SI."""
         middle = self.means[self.names.index(name)]
-        reach = norm.ppf((1 + share) / 2) * self.deviation(name)
+        reach = ndtri((1 + share) / 2) * self.deviation(name)
         low, centre, high = np.exp([middle - reach, middle, middle + reach]).tolist()
         return low, centre, high
 

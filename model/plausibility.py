@@ -12,7 +12,7 @@ from itertools import chain
 from typing import Literal
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from model.anthropometry import TAKEN
 from model.estimators import RANGE_SHARE, Estimator
@@ -243,7 +243,7 @@ def next_measurements(
 def _half_range(covariance: Floats, middles: Floats, wanted: Floats) -> float:
     """Half of the 80 % ranges of wanted measurements, in the root of the mean square."""
     variances = np.maximum(np.diag(covariance), 0) * middles**2
-    return float(norm.ppf((1 + RANGE_SHARE) / 2) * np.sqrt(variances[wanted].mean()))
+    return float(ndtri((1 + RANGE_SHARE) / 2) * np.sqrt(variances[wanted].mean()))
 
 
 def _without(asked: MeasurementSet, *names: str) -> MeasurementSet:

@@ -73,9 +73,9 @@ class ShapeBasis:
 
     def _whole(self, half: NDArray[np.floating[Any]]) -> Floats:
         """Both sides from the kept one: (n, H, 3) to (n, V, 3)."""
-        whole = np.empty((len(half), len(self.mirror), 3))
-        whole[:, self.mirror[self.half]] = half * [-1, 1, 1]
-        whole[:, self.half] = half
+        places, signs = self._folded
+        whole = half.astype(np.float64).take(places, axis=1)
+        whole[..., 0] *= signs
         return whole
 
     def by_coefficients(self, gradients: Sequence[Gradient]) -> Floats:
@@ -92,13 +92,13 @@ class ShapeBasis:
         -------
         ndarray of shape (n, K).
         """
-        places, flips = self._folded
+        places, signs = self._folded
         size = self.directions.shape[1]
         by_coefficients = np.empty((len(gradients), len(self.directions)))
         few, columns, slopes = [], [], []
         for row, (indices, by_vertex) in enumerate(gradients):
             by_place = by_vertex.astype(np.float32)
-            by_place[:, 0] *= flips[indices]
+            by_place[:, 0] *= signs[indices]
             column = (3 * places[indices][:, None] + np.arange(3)).ravel()
             if len(column) > size:
                 folded = np.bincount(column, by_place.ravel(), size).astype(np.float32)
@@ -115,13 +115,13 @@ class ShapeBasis:
 
     @cached_property
     def _folded(self) -> tuple[Integers, NDArray[np.float32]]:
-        """Each vertex's place in the kept half, and whether left and right change: (V,) each."""
+        """Each vertex's place in the kept half, and -1 where left and right change: (V,) each."""
         places = np.empty(len(self.mirror), dtype=np.int64)
-        flips = np.full(len(self.mirror), -1, dtype=np.float32)
+        signs = np.full(len(self.mirror), -1, dtype=np.float32)
         places[self.mirror[self.half]] = np.arange(len(self.half))
         places[self.half] = np.arange(len(self.half))
-        flips[self.half] = 1
-        return places, flips
+        signs[self.half] = 1
+        return places, signs
 
 
 @lru_cache(maxsize=4)

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import solve_triangular
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from model.anthropometry import TAPES
 from model.estimators import Estimator
@@ -89,7 +89,7 @@ def furthest(estimator: Estimator, count: int) -> float:
     squared distance of chi-squared law with n degrees of freedom. Its extremes lie further
     out: how much so was found in training.
     """
-    return float(estimator.reach * chi2.ppf(USUAL, count))
+    return float(estimator.reach * chdtri(count, 1 - USUAL))
 
 
 @dataclass(frozen=True, eq=False)
