@@ -6,6 +6,7 @@
 #   make format      put the Python files into the one style
 #   make train       the shipped estimators, from the shipped population (minutes)
 #   make population  the open population from nothing, through Anny and PyTorch (up to an hour)
+#   make stance      people drawn anew, and what one stance for all bodies takes away
 #   make report      the population beside the survey, the paper's study repeated, and the
 #                    estimators' errors, as pages of docs/
 #                    (ARGS="--survey-rows FOLDER": their errors on real people too)
@@ -53,7 +54,7 @@ SCRIPTS := $(shell find static -path static/build -prune -o -name '*.js' -print 
 export PLAYWRIGHT_SKIP_BROWSER_DOWNLOAD := 1
 export NPM_CONFIG_UPDATE_NOTIFIER := false
 
-.PHONY: help run test lint format train population report guide words bench lighthouse axe frames fuzz faults audit api licences lock clean
+.PHONY: help run test lint format train population stance report guide words bench lighthouse axe frames fuzz faults audit api licences lock clean
 .DELETE_ON_ERROR:
 
 help:
@@ -155,6 +156,9 @@ faults: $(SITE)
 population: $(POPULATION)
 	@scripts/require.sh osmesa
 	@$(POPULATION_VENV)/bin/python -m model.training population $(ARGS)
+
+stance: $(POPULATION)
+	@$(POPULATION_VENV)/bin/python -m model.training stance $(ARGS)
 
 # A package that cannot be looked up is a failure too: silence is no answer.
 audit: $(SITE) $(NODE_MODULES)

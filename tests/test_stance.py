@@ -10,11 +10,13 @@ from model.template_mesh import load_template_mesh
 from model.training.stance import (
     FEET,
     LEG_FORWARD,
+    LINES,
     LOWER_ARM,
     NECK_FORWARD,
     TRUNK_FORWARD,
     UPPER_ARM,
     in_one_stance,
+    stance_of,
 )
 
 
@@ -75,6 +77,22 @@ def test_the_joints_lie_as_it_says(standing) -> None:
     assert angles("leftUpperLeg", "leftFoot")[1] == pytest.approx(LEG_FORWARD, abs=0.1)
     assert angles("leftUpperArm", "leftLowerArm") == pytest.approx(UPPER_ARM, abs=0.1)
     assert angles("leftLowerArm", "leftHand") == pytest.approx(LOWER_ARM, abs=0.1)
+
+
+def test_the_stance_is_told_by_its_lines(standing) -> None:
+    assert stance_of(standing) == pytest.approx(list(LINES.values()), abs=0.2)
+
+
+def test_trunk_and_neck_can_be_left_as_they_are(template, standing) -> None:
+    other = bent(standing, **STANCES["leaning"])
+    other = bent(other, **STANCES["head forwards"])
+    before = dict(zip(LINES, stance_of(other), strict=True))
+    other = bent(other, **STANCES["arms hanging"])
+    held = dict(zip(LINES, stance_of(in_one_stance(template, other, upright=False)), strict=True))
+    for line, told in LINES.items():
+        own = line in ("hips to neck forwards, °", "neck to head forwards, °")
+        assert held[line] == pytest.approx(before[line] if own else told, abs=0.3), line
+    assert before["hips to neck forwards, °"] > TRUNK_FORWARD + 4
 
 
 def test_who_stands_so_is_left_as_they_are(template, standing) -> None:

@@ -18,6 +18,8 @@ def main() -> None:
     survey = commands.add_parser("survey", help="write the survey's statistics from its rows")
     survey.add_argument("folder", type=Path, help="holds female_half_a.csv and male_half_a.csv")
     commands.add_parser("population", help="build the open population through Anny")
+    stance = commands.add_parser("stance", help="write docs/stance.md, on people drawn anew")
+    stance.add_argument("--seed", type=int, default=1, help="%(default)s is the default")
     commands.add_parser("rig", help="carry over Anny's skeleton and skinning weights")
     commands.add_parser("sums", help="write the checksums of the shipped estimators' files anew")
     commands.add_parser("train", help="train the shipped estimators from the shipped population")
@@ -40,6 +42,10 @@ def main() -> None:
         from model.training.population_build import build
 
         build()
+    elif arguments.command == "stance":
+        from model.training.fresh_people import write_stance_report
+
+        write_stance_report(arguments.seed)
     elif arguments.command == "rig":
         from model.training.anny_rig import write_rig
 

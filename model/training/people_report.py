@@ -1,6 +1,6 @@
 """The part of docs/validation.md about fitted bodies, ranges and doubts, on people and bodies."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -32,13 +32,13 @@ from model.training.law_report import (
     procedure_rows,
     recognised,
 )
-from model.training.population import Population, bodies_of
+from model.training.population import Population
 from model.training.population_report import table
-from model.training.survey import FROM_SURVEY, INDEX_BANDS, SEXES, STATURE_BANDS
+from model.training.survey import FROM_SURVEY, INDEX_BANDS, SEXES, STATURE_BANDS, Sex
 from model.training.validation import (
     everyone,
     held_out_values,
-    most_telling,
+    most_telling_of,
     people_like_the_survey,
 )
 
@@ -89,9 +89,13 @@ def people_sections(population: Population, measured: Floats, rows: Path | None)
         for sex in SEXES
     }
     regressed: dict[str, Values] = {sex: regression(seen[sex], fits[sex]) for sex in SEXES}
-    bodies = _fitted_bodies(population, estimators)
-    whole = _fitted_wholly(population, estimators)
-    telling = _fitted_from_the_most_telling(population, measured, estimators)
+    bodies = _fitted_bodies(population, estimators, dict.fromkeys(SEXES, EIGHT))
+    whole = _fitted_bodies(population, estimators, dict.fromkeys(SEXES, TAKEN), every=5)
+    telling = _fitted_bodies(
+        population,
+        estimators,
+        {sex: most_telling_of(population, measured, sex, len(EIGHT)) for sex in SEXES},
+    )
     everybody: dict[str, tuple[Estimator, Values]] = {
         **{sex: (estimators[sex], people[sex]) for sex in SEXES},
         "neutral": (estimators["neutral"], both),
@@ -151,39 +155,17 @@ def _count(bodies: Mapping[str, Fits]) -> int:
 
 
 def _fitted_bodies(
-    population: Population, estimators: Mapping[BodyKind, Estimator]
+    population: Population,
+    estimators: Mapping[BodyKind, Estimator],
+    entered: Mapping[Sex, Sequence[str]],
+    every: int = 1,
 ) -> dict[str, Fits]:
+    """Every so manieth held-out body, from what is entered for its sex."""
     fits: dict[str, Fits] = {}
     for sex in SEXES:
         vertices, values = held_out_values(population, sex)
-        fits[sex] = fit_all(estimators[sex], values, EIGHT, vertices)
-    return fits
-
-
-def _fitted_wholly(
-    population: Population, estimators: Mapping[BodyKind, Estimator]
-) -> dict[str, Fits]:
-    """Every fifth held-out body, from all that can be measured on it."""
-    fits: dict[str, Fits] = {}
-    for sex in SEXES:
-        vertices, values = held_out_values(population, sex)
-        fifth = {name: of[::5] for name, of in values.items()}
-        fits[sex] = fit_all(estimators[sex], fifth, TAKEN, vertices[::5])
-    return fits
-
-
-def _fitted_from_the_most_telling(
-    population: Population, measured: Floats, estimators: Mapping[BodyKind, Estimator]
-) -> dict[str, Fits]:
-    """The held-out bodies from the eight measurements that tell most of the surface."""
-    fits: dict[str, Fits] = {}
-    for sex in SEXES:
-        seen = np.flatnonzero(population.of(sex) & ~population.held_out)
-        some = [part[:, ::20] for _, part in bodies_of(population, seen)]
-        surface = np.concatenate(some).reshape(len(seen), -1)
-        entered = most_telling(measured[seen], surface, TAKEN, len(EIGHT))
-        vertices, values = held_out_values(population, sex)
-        fits[sex] = fit_all(estimators[sex], values, entered, vertices)
+        some = {name: of[::every] for name, of in values.items()}
+        fits[sex] = fit_all(estimators[sex], some, entered[sex], vertices[::every])
     return fits
 
 

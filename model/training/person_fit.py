@@ -207,8 +207,8 @@ def _taken(
     shapes: BlendShapes, template: TemplateMesh, draw: Draw, parameters: Floats
 ) -> tuple[Floats, FittedBody]:
     """What a body measures as Anny stands it, (C,), and the body in the stance of all."""
-    vertices, _ = _deform(shapes, draw.fixed, parameters)
-    standing = _placed(in_one_stance(template, vertices))
+    vertices, _ = deformed(shapes, draw.fixed, parameters)
+    standing = placed(in_one_stance(template, vertices))
     tapes = list(SURVEY_TAPES.values())
     loose, taken = read_tapes(template, np.stack([vertices, standing]), tapes)
     return loose, FittedBody(standing, taken, parameters)
@@ -230,7 +230,7 @@ def _fitted(
         return float(misses @ misses + pull @ pull)
 
     best = start
-    vertices, directions = _deform(shapes, draw.fixed, best)
+    vertices, directions = deformed(shapes, draw.fixed, best)
     taken, gradients = _read(template, vertices)
     cost = cost_of(best, taken)
     for _ in range(rounds):
@@ -244,7 +244,7 @@ def _fitted(
         step = solution.x * min(1.0, LONGEST_STEP / max(float(np.abs(solution.x).max()), 1e-9))
         before = cost
         for _ in range(STEP_HALVINGS):
-            tried, tried_directions = _deform(shapes, draw.fixed, best + step)
+            tried, tried_directions = deformed(shapes, draw.fixed, best + step)
             now, tried_gradients = _read(template, tried)
             if cost_of(best + step, now) < cost:
                 best, directions = best + step, tried_directions
@@ -263,10 +263,16 @@ def _read(template: TemplateMesh, vertices: Floats) -> tuple[Floats, list[Gradie
     return np.array([value for value, _ in readings]), [gradient for _, gradient in readings]
 
 
-def _deform(
+def deformed(
     shapes: BlendShapes, fixed: Mapping[str, float], parameters: Floats
 ) -> tuple[Floats, Directions]:
-    """The body (V, 3) and its derivative by each parameter."""
+    """The body as Anny stands it, (V, 3), and its derivative by each parameter.
+
+    Parameters
+    ----------
+    fixed : as in `Draw`.
+    parameters : ndarray of shape (S,), as in `FittedBody`.
+    """
     count = len(PHENOTYPES)
     sliders = dict(fixed) | dict(zip(PHENOTYPES, parameters[:count].tolist(), strict=True))
     weights, slopes = shapes.weights(sliders)
@@ -293,9 +299,9 @@ def _by_parameters(gradients: list[Gradient], directions: Directions) -> Floats:
     return np.array(rows, dtype=np.float64)
 
 
-def _placed(vertices: Floats) -> Floats:
+def placed(vertices: Floats) -> Floats:
     """Soles at Y = 0; the mean at Z = 0."""
-    placed = vertices.copy()
-    placed[:, 1] -= placed[:, 1].min()
-    placed[:, 2] -= placed[:, 2].mean()
-    return placed
+    moved = vertices.copy()
+    moved[:, 1] -= moved[:, 1].min()
+    moved[:, 2] -= moved[:, 2].mean()
+    return moved

