@@ -14,7 +14,7 @@ from werkzeug.datastructures import FileStorage
 from werkzeug.test import encode_multipart
 
 from model.comparison import EDGE_LEVELS
-from webapp.comparisons import ROOM
+from webapp.uploads import ROOM
 
 PERSON = {
     "body": "male",

@@ -41,6 +41,7 @@ from webapp import (
     overload,
     preview,
     sheet,
+    uploads,
     wizard,
 )
 from webapp.forms import Refused
@@ -126,14 +127,15 @@ def create_app(settings: Mapping[str, Any] | None = None) -> Flask:
     metrics.set_up(app)
 
     app.extensions["estimators"] = load(Path(app.config["FITTING_ROOM_DATA"]))
-    app.request_class = comparisons.InMemory
-    app.before_request(comparisons.make_room)  # Before the token of a form is looked for.
+    app.request_class = uploads.InMemory
+    app.before_request(uploads.make_room)  # Before the token of a form is looked for.
     csrf = CSRFProtect(app)
     csrf.exempt(api.bp)
     limiting.set_up(app)
     overload.set_up(app)
     for blueprint in (
         health.bp,
+        language.bp,
         wizard.bp,
         avatars.bp,
         mirror.bp,

@@ -10,7 +10,7 @@ from werkzeug.exceptions import HTTPException, UnprocessableEntity, default_exce
 from model.cameras import Side
 from model.measurements import BODY_KINDS, MEASUREMENTS
 from model.plausibility import Doubt, conflicts, doubts, expected
-from webapp import comparisons, openapi, units
+from webapp import comparisons, openapi, units, uploads
 from webapp.avatars import Avatar, glb, limits, make_avatar, picture, rows
 from webapp.forms import (
     BODY_MEMBERS,
@@ -80,7 +80,7 @@ def comparison() -> Response:
     """Outlines of a person beside a body, view by view."""
     if request.mimetype != "multipart/form-data":
         abort(415, "The request's content type must be multipart/form-data.")
-    unknown = {*request.form, *request.files} - {"avatar", *comparisons.SIDES}
+    unknown = {*request.form, *request.files} - {"avatar", *uploads.SIDES}
     if unknown:
         message = "Not known here. Allowed: avatar, front, profile."
         raise Refused([Refusal(str(name), "unknown_member", message) for name in sorted(unknown)])
@@ -91,10 +91,10 @@ def comparison() -> Response:
     else:
         message = "The part avatar, a JSON object, is needed."
         raise Refused([Refusal("avatar", "required", message)])
-    if len(asked) > comparisons.MOST_DOCUMENT:
+    if len(asked) > uploads.MOST_DOCUMENT:
         abort(413)
     wanted = _read(asked, COMPARISON_MEMBERS)
-    masks = comparisons.masks_sent()
+    masks = uploads.masks_sent()
     avatar = make_avatar(wanted)
     views = comparisons.compare_all(avatar, masks, comparisons.camera_of(avatar, masks))
     content: dict[str, Any] = {
@@ -134,7 +134,7 @@ def problem(error: HTTPException, faults: Sequence[Refusal] = ()) -> Response:
 
 def refused(error: Refused) -> Response:
     """A request that cannot be met, fault by fault."""
-    if isinstance(error, comparisons.PicturesRefused):
+    if isinstance(error, uploads.PicturesRefused):
         kind = default_exceptions[error.status]
         return problem(kind("Some pictures cannot be used."), error.faults)
     return problem(UnprocessableEntity("Some values cannot be used."), error.faults)

@@ -6,10 +6,12 @@ English. Texts are found by ``make words``, which also compiles the translations
 
 from collections.abc import Callable, Mapping
 from typing import Any
+from urllib.parse import urlsplit
 
 from babel.numbers import get_decimal_symbol
-from flask import Flask, Response, request, session
+from flask import Blueprint, Flask, Response, redirect, request, session
 from flask_babel import Babel, get_locale
+from werkzeug.wrappers import Response as AnyResponse
 
 from webapp import units
 
@@ -18,6 +20,26 @@ LANGUAGES: Mapping[str, str] = {"en": "English", "pt": "Português"}
 
 TAGS: Mapping[str, str] = {"en": "en-GB", "pt": "pt-PT"}
 """What a page says of its language."""
+
+bp = Blueprint("language", __name__)
+
+
+@bp.post("/language")
+def speak() -> AnyResponse:
+    """Another language, for a page without a form of its own."""
+    speaks()
+    parts = urlsplit(request.form.get("page", ""))
+    here = parts.path if parts.path.startswith("/") and not parts.path.startswith("//") else "/"
+    return redirect(here if not parts.netloc else "/", 303)
+
+
+def speaks() -> bool:
+    """Whether the posted form asks for another language, which is kept."""
+    chosen = request.form.get("language")
+    if chosen in LANGUAGES:
+        session["language"] = chosen
+        return True
+    return False
 
 
 def choose() -> str:

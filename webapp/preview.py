@@ -10,7 +10,7 @@ from webapp import table_words
 from webapp.api import document
 from webapp.avatars import Avatar, glb, limits, make_avatar
 from webapp.forms import Refused
-from webapp.wizard import given
+from webapp.kept import given
 
 bp = Blueprint("preview", __name__)
 

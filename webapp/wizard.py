@@ -1,12 +1,11 @@
 """The wizard: one measurement a page, a review, and one form for those who know their numbers.
 
-What was typed is kept, exactly as typed, in the signed session cookie: nothing is lost by an error,
-by going back or by changing units or language, and the server remembers nobody.
+Nothing that was typed is lost by an error, by going back or by changing units or language: see
+`webapp.kept`.
 """
 
 from collections.abc import Sequence
 from typing import Any
-from urllib.parse import urlsplit
 
 from flask import (
     Blueprint,
@@ -26,12 +25,12 @@ from werkzeug.wrappers import Response as AnyResponse
 
 from model.measurements import MEASUREMENTS
 from model.tape_pictures import views_of
-from webapp import checks, guide, readings, refined, table_words
+from webapp import checks, guide, readings, table_words
 from webapp.answers import LEG, LEG_ENDS, Typed
 from webapp.avatars import estimators, limits
 from webapp.forms import Refusal, Refused
-from webapp.language import LANGUAGES, usual_units
-from webapp.sessions import cookie_fits
+from webapp.kept import given, remember, remembered
+from webapp.language import speaks
 from webapp.units import UNITS, symbols
 
 bp = Blueprint("wizard", __name__)
@@ -45,17 +44,17 @@ THEN = ("review", "more")
 @bp.get("/")
 def start() -> str:
     """Who it is for, and in which units."""
-    return _start(_typed())
+    return _start(remembered())
 
 
 @bp.post("/")
 def begin() -> Page:
     """Keep who it is for; then the first measurement."""
-    typed = _typed()
+    typed = remembered()
     given = Typed.of(request.form)
     typed = typed.in_units(given.units).with_body(given.body)
-    _remember(typed)
-    if _speaks():
+    remember(typed)
+    if speaks():
         return redirect(url_for("wizard.start"), 303)
     if not typed.body:
         return _start(typed, [Refusal("body", "required", _("Choose one of the three."))]), 422
@@ -67,7 +66,7 @@ def step(name: str) -> Page:
     """One measurement: its words, its picture, its number."""
     if name not in MEASUREMENTS:
         abort(404)
-    typed = _typed()
+    typed = remembered()
     if not typed.body:
         flash(_("Before you measure: who is it for?"))
         return redirect(url_for("wizard.start"), 303)
@@ -82,20 +81,20 @@ def measured(name: str) -> Page:
     typed = given(name)
     here = url_for("wizard.step", name=name, then=_then() or None)
     if (chosen := request.form.get("switch_to")) in UNITS:
-        _remember(typed.in_units(chosen))
+        remember(typed.in_units(chosen))
         return redirect(here, 303)
-    if _speaks():
-        _remember(typed)
+    if speaks():
+        remember(typed)
         return redirect(here, 303)
     if "skip" in request.form:
-        _remember(typed.with_texts(name, ()))
+        remember(typed.with_texts(name, ()))
         return redirect(_onward(name, typed), 303)
-    _remember(typed)
+    remember(typed)
     if not typed.body:
         return redirect(url_for("wizard.start"), 303)
     if changed := _accepted(name, typed):
         typed, name_now = changed
-        _remember(typed)
+        remember(typed)
         return redirect(_onward(name, typed) if name_now == name else here, 303)
     faults = _faults(name, typed)
     if faults:
@@ -108,12 +107,12 @@ def measured(name: str) -> Page:
         typed, fault = _moved(name, elsewhere, typed)
         if fault:
             return _step(name, typed, [fault]), 422
-        _remember(typed)
+        remember(typed)
         return redirect(_onward(name, typed), 303)
     if name in _questions(typed):
         if request.form.get("seen", "") != " ".join(typed.texts(name)):
             return redirect(here + "#check", 303)
-        _remember(typed.keeping(name))
+        remember(typed.keeping(name))
     return redirect(_onward(name, typed), 303)
 
 
@@ -131,7 +130,7 @@ def check(name: str) -> AnyResponse:
 @bp.get("/measure")
 def more() -> Page:
     """All measurements, to choose from."""
-    typed = _typed()
+    typed = remembered()
     if not typed.body:
         return redirect(url_for("wizard.start"), 303)
     return render_template(
@@ -146,7 +145,7 @@ def more() -> Page:
 @bp.get("/review")
 def review() -> Page:
     """What was entered, and what would help most."""
-    typed = _typed()
+    typed = remembered()
     if not typed.body:
         return redirect(url_for("wizard.start"), 303)
     order = guide.steps(typed.body)
@@ -177,37 +176,28 @@ def review() -> Page:
 @bp.get("/numbers")
 def form() -> str:
     """One form of what most people know, with what was typed earlier."""
-    return _form(_typed())
+    return _form(remembered())
 
 
 @bp.post("/numbers")
 def answer() -> Page:
     """Keep what was typed; then other units, messages, or the body."""
     given = Typed.of(request.form)
-    typed = _typed().with_body(given.body).written_in(given.units, given.leg_to)
+    typed = remembered().with_body(given.body).written_in(given.units, given.leg_to)
     for name in guide.QUICK:
         rest = typed.texts(name)[1:] if typed.texts(name)[:1] == given.texts(name)[:1] else ()
         typed = typed.with_texts(name, (*given.texts(name)[:1], *rest))
     if (chosen := request.form.get("switch_to")) in UNITS:
-        _remember(typed.in_units(chosen))
+        remember(typed.in_units(chosen))
         return redirect(url_for("wizard.form", _anchor="units"), 303)
-    _remember(typed)
-    if _speaks():
+    remember(typed)
+    if speaks():
         return redirect(url_for("wizard.form"), 303)
     try:
         typed.read(limits())
     except Refused as refused:
         return _form(typed, refused.faults), 422
     return redirect(url_for("avatars.page"), 303)
-
-
-@bp.post("/language")
-def speak() -> AnyResponse:
-    """Another language, for a page without a form of its own."""
-    _speaks()
-    parts = urlsplit(request.form.get("page", ""))
-    here = parts.path if parts.path.startswith("/") and not parts.path.startswith("//") else "/"
-    return redirect(here if not parts.netloc else "/", 303)
 
 
 @bp.post("/forget")
@@ -238,30 +228,6 @@ def stale(error: CSRFError) -> tuple[str, int] | Response:
 
 
 # ---- what a person typed ------------------------------------------------------------------------
-
-
-def _typed() -> Typed:
-    """What the session keeps; before it keeps anything, the units that are usual there."""
-    return Typed.of(session.get("typed") or {"units": usual_units()})
-
-
-def _remember(typed: Typed) -> None:
-    """Keep it in the session: as typed, or shorter where the cookie would not hold it."""
-    if typed.fields() != session.get("typed"):
-        refined.leave()
-    for kept in (typed, typed.shortest(), typed.shortest().once()):
-        session["typed"] = kept.fields()
-        if cookie_fits():
-            return
-
-
-def given(name: str) -> Typed:
-    """The session's answers with the posted readings of one measurement."""
-    given = Typed.of(request.form)
-    typed = _typed().written_in(given.units, given.leg_to if name == LEG else "")
-    if not typed.body:
-        typed = typed.with_body(given.body)
-    return typed.with_texts(name, given.texts(name))
 
 
 def _faults(name: str, typed: Typed) -> list[Refusal]:
@@ -322,15 +288,6 @@ def _moved(name: str, elsewhere: str, typed: Typed) -> tuple[Typed, Refusal | No
         return typed, Refusal(name, "entered_already", message)
     flash(_("We keep that as: %(label)s.", label=label))
     return typed.with_texts(name, ()).with_texts(elsewhere, texts), None
-
-
-def _speaks() -> bool:
-    """Whether another language was asked for, which is kept."""
-    chosen = request.form.get("language")
-    if chosen in LANGUAGES:
-        session["language"] = chosen
-        return True
-    return False
 
 
 # ---- where one goes -----------------------------------------------------------------------------
