@@ -231,14 +231,8 @@ def test_every_file_has_a_subject():
     assert [file for file in python_files() if file.stem in vague] == []
 
 
-LONGEST = 450
-LONGER = {
-    # One page with its three stages: photos, the outline under the brush, the comparison.
-    "static/css/compare.css": 560,
-    # One way through that page, whose tests share the photos and the server that finds nobody.
-    "tests/browser/photos.spec.js": 560,
-}
-"""Lines of a file at most, and of those that may have more, with the reason."""
+LONGEST = 430
+"""Lines of a file at most."""
 
 
 def test_no_file_eats_the_project():
@@ -253,7 +247,7 @@ def test_no_file_eats_the_project():
         str(file.relative_to(ROOT)): file.read_text().count("\n")
         for file in [*python_files(), *own]
     }
-    long = {name: count for name, count in lines.items() if count > LONGER.get(name, LONGEST)}
+    long = {name: count for name, count in lines.items() if count > LONGEST}
     assert long == {}
 
 
