@@ -172,19 +172,6 @@ test("the outline of the body before is seen, and goes however a change is answe
   await goes();
 });
 
-test("skin has the tone that is chosen, and a ruler stands beside the body", async ({ page }) => {
-  await openAvatar(page);
-  const before = await look(page);
-  await page.locator('#tones input[value="tone6"]').check({ force: true });
-  expect(difference(before, await look(page))).toBeGreaterThan(0.03);
-  await page.locator('[data-switch="ruler"]').click();
-  const texts = page.locator("#viewer .ruler text");
-  await expect(page.locator("#viewer .ruler .crown")).toHaveText("168.0 cm");
-  expect((await texts.allTextContents()).filter((text) => /^\d+$/.test(text))).toEqual(
-    ["0", "20", "40", "60", "80", "100", "120", "140", "160"],
-  );
-});
-
 test("what is said over the body is of the body that is shown", async ({ page }) => {
   await openLive(page);
   const more = page.locator('.opening a[href="#numbers"]');
@@ -402,32 +389,4 @@ test("two hundred changes leave no memory behind", async ({ page }) => {
   expect(bends).toBeGreaterThanOrEqual(250);
   expect(triangles).toBeLessThan(2 * 70_000);
   expect(drawCalls).toBeLessThan(10);
-});
-
-test("the tapes of a region are named with the API's values, and a row shows its own", async ({
-  page,
-}) => {
-  await openAvatar(page);
-  const { measurements } = await page.evaluate(() => fetch("/avatar.json").then((a) => a.json()));
-  const labels = page.locator(".tape-label");
-  for (const region of ["around", "legs"]) {
-    await page.locator(`button[data-region="${region}"]`).click();
-    await expect(labels).toHaveCount(REGIONS[region].length);
-    for (const name of REGIONS[region]) {
-      const { taken, low, high, asked } = measurements.find((row) => row.name === name);
-      const note = asked === null ? `${low.toFixed(1)} to ${high.toFixed(1)}` : "entered";
-      const label = page.locator(`.tape-label[data-tape="${name}"]`);
-      await expect(label.locator(".tape-value")).toHaveText(`${taken.toFixed(1)} cm`);
-      await expect(label.locator(".tape-note")).toHaveText(note);
-    }
-  }
-  await page.locator('button[data-region=""]').click();
-  await expect(labels).toHaveCount(0);
-  const without = await look(page);
-  const row = page.getByRole("button", { name: "Waist", exact: true });
-  await row.click();
-  await expect(labels).toHaveCount(1);
-  expect(difference(await look(page), without)).toBeGreaterThan(0.001);
-  await row.click();
-  await expect(labels).toHaveCount(0);
 });

@@ -1,5 +1,6 @@
 /** The body in 3D: what it shows, what moves it, and what stands in when it cannot be. */
 
+import { REGIONS } from "../../static/regions.js";
 import { difference, drawn, enter, expect, look, openAvatar, ready, test } from "./site.js";
 
 // Small, since every picture is drawn and compared without a graphics card; and where views end, not
@@ -305,3 +306,44 @@ async function openAvatarWithoutViewer(page) {
   await enter(page);
   await ready(page, "failed");
 }
+
+test("skin has the tone that is chosen, and a ruler stands beside the body", async ({ page }) => {
+  await openAvatar(page);
+  const before = await look(page);
+  await page.locator('#tones input[value="tone6"]').check({ force: true });
+  expect(difference(before, await look(page))).toBeGreaterThan(0.03);
+  await page.locator('[data-switch="ruler"]').click();
+  const texts = page.locator("#viewer .ruler text");
+  await expect(page.locator("#viewer .ruler .crown")).toHaveText("168.0 cm");
+  expect((await texts.allTextContents()).filter((text) => /^\d+$/.test(text))).toEqual(
+    ["0", "20", "40", "60", "80", "100", "120", "140", "160"],
+  );
+});
+
+test("the tapes of a region are named with the API's values, and a row shows its own", async ({
+  page,
+}) => {
+  await openAvatar(page);
+  const { measurements } = await page.evaluate(() => fetch("/avatar.json").then((a) => a.json()));
+  const labels = page.locator(".tape-label");
+  for (const region of ["around", "legs"]) {
+    await page.locator(`button[data-region="${region}"]`).click();
+    await expect(labels).toHaveCount(REGIONS[region].length);
+    for (const name of REGIONS[region]) {
+      const { taken, low, high, asked } = measurements.find((row) => row.name === name);
+      const note = asked === null ? `${low.toFixed(1)} to ${high.toFixed(1)}` : "entered";
+      const label = page.locator(`.tape-label[data-tape="${name}"]`);
+      await expect(label.locator(".tape-value")).toHaveText(`${taken.toFixed(1)} cm`);
+      await expect(label.locator(".tape-note")).toHaveText(note);
+    }
+  }
+  await page.locator('button[data-region=""]').click();
+  await expect(labels).toHaveCount(0);
+  const without = await look(page);
+  const row = page.getByRole("button", { name: "Waist", exact: true });
+  await row.click();
+  await expect(labels).toHaveCount(1);
+  expect(difference(await look(page), without)).toBeGreaterThan(0.001);
+  await row.click();
+  await expect(labels).toHaveCount(0);
+});
