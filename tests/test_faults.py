@@ -4,6 +4,7 @@ import sys
 
 import pytest
 
+import fault_ways
 import faults
 
 
@@ -24,4 +25,4 @@ def test_a_fault_that_was_not_tried_is_not_passed(no_mounting, monkeypatch, caps
 
 def test_what_is_not_as_it_should_be_stops_it():
     with pytest.raises(SystemExit, match="a picture"):
-        faults.expect(False, "a picture")
+        fault_ways.expect(False, "a picture")
