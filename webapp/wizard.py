@@ -5,7 +5,7 @@ Nothing that was typed is lost by an error, by going back or by changing units o
 """
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
 from flask import (
     Blueprint,
@@ -88,14 +88,14 @@ def measured(name: str) -> Page:
         return redirect(here, 303)
     if "skip" in request.form:
         remember(typed.with_texts(name, ()))
-        return redirect(_onward(name, typed), 303)
+        return redirect(_beside(name, typed, 1), 303)
     remember(typed)
     if not typed.body:
         return redirect(url_for("wizard.start"), 303)
     if changed := _accepted(name, typed):
         typed, name_now = changed
         remember(typed)
-        return redirect(_onward(name, typed) if name_now == name else here, 303)
+        return redirect(_beside(name, typed, 1) if name_now == name else here, 303)
     faults = _faults(name, typed)
     if faults:
         return _step(name, typed, faults), 422
@@ -108,12 +108,12 @@ def measured(name: str) -> Page:
         if fault:
             return _step(name, typed, [fault]), 422
         remember(typed)
-        return redirect(_onward(name, typed), 303)
+        return redirect(_beside(name, typed, 1), 303)
     if name in _questions(typed):
         if request.form.get("seen", "") != " ".join(typed.texts(name)):
             return redirect(here + "#check", 303)
         remember(typed.keeping(name))
-    return redirect(_onward(name, typed), 303)
+    return redirect(_beside(name, typed, 1), 303)
 
 
 @bp.post("/check/<name>")
@@ -299,30 +299,19 @@ def _then() -> str:
     return then if then in THEN else ""
 
 
-def _onward(name: str, typed: Typed) -> str:
-    """The page after a measurement."""
+def _beside(name: str, typed: Typed, step: Literal[1, -1]) -> str:
+    """The page after a measurement, or before it."""
     if _then():
         return url_for(f"wizard.{_then()}")
     order = guide.steps(typed.body)
     if name not in order:
         return url_for("wizard.more")
-    after = order.index(name) + 1
-    if after == len(order):
-        return url_for("wizard.review")
-    return url_for("wizard.step", name=order[after])
-
-
-def _back(name: str, typed: Typed) -> str:
-    """The page before a measurement."""
-    if _then():
-        return url_for(f"wizard.{_then()}")
-    order = guide.steps(typed.body)
-    if name not in order:
-        return url_for("wizard.more")
-    before = order.index(name) - 1
-    if before < 0:
+    place = order.index(name) + step
+    if place < 0:
         return url_for("wizard.start")
-    return url_for("wizard.step", name=order[before])
+    if place == len(order):
+        return url_for("wizard.review")
+    return url_for("wizard.step", name=order[place])
 
 
 # ---- pages --------------------------------------------------------------------------------------
@@ -373,7 +362,7 @@ def _step(name: str, typed: Typed, faults: Sequence[Refusal] = (), notice: str =
         number=order.index(name) + 1 if name in order else 0,
         count=len(order),
         then=_then(),
-        back=_back(name, typed),
+        back=_beside(name, typed, -1),
         faults=faults,
         messages={fault.field: fault.message for fault in faults},
         labels=table_words.labels(),
