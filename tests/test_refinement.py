@@ -160,7 +160,7 @@ def test_the_bodys_own_outline_changes_next_to_nothing():
 def test_what_would_be_no_person_is_given_up(monkeypatch):
     _, estimator, asked, photos = person_of(3)
     monkeypatch.setattr(refinement, "furthest", lambda estimator, count: 0.001)
-    refined = refine(estimator, asked, photos)
+    refined = refine(estimator, asked, photos[:1])  # Each milder pull is tried: one photo will do.
     assert refined.pull == 0
     own = fit_to_tape(estimator, asked).body
     assert np.array_equal(refined.fit.body.vertices, own.vertices)
