@@ -17,6 +17,7 @@ from webapp.answers import LEG, Typed
 from webapp.api import document
 from webapp.avatars import Avatar, limits, make_avatar, rows, shown
 from webapp.forms import Refusal, Refused
+from webapp.kept import remember
 
 bp = Blueprint("mirror", __name__)
 
@@ -51,8 +52,8 @@ def change() -> Response:
         if name == LEG:
             typed = replace(typed, leg_to="ankle")
     answer = jsonify(_told(make_avatar(typed.read(limits())), typed))
-    session["typed"] = typed.fields()
     refined.leave()
+    remember(typed)
     return answer
 
 
