@@ -215,7 +215,7 @@ def _gathering(vertices: Floats, faces: NDArray[np.int32]) -> csr_array:
 
 
 def linear(colour: ArrayLike) -> Floats:
-    """Linear light from sRGB, each from 0 to 1 (IEC 61966-2-1)."""
+    """Linear light from sRGB (IEC 61966-2-1): arrays of one shape, each value from 0 to 1."""
     c = np.asarray(colour, dtype=np.float64)
     return np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
 

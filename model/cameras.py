@@ -124,7 +124,7 @@ def project(
 
 
 def axes(side: str, facing: Facing) -> tuple[Floats, Floats]:
-    """The picture's right and the way towards the camera, in the body's axes."""
+    """The picture's right and the way towards the camera: unit vectors in the body's axes, (3,)."""
     if side == "front":
         return np.array([1.0, 0, 0]), np.array([0, 0, 1.0])
     if facing == "right":  # the camera is at the person's right hand, at -X

@@ -46,7 +46,7 @@ def difference(comparison: Comparison) -> bytes:
 
 
 def filled(figure: Booleans) -> bytes:
-    """A figure in one colour on nothing: a PNG file."""
+    """A figure, ndarray of bool of shape (H, W), in one colour on nothing: a PNG file."""
     return _png(figure.astype(np.uint8), (BACKDROP, PHOTO), clear=True)
 
 

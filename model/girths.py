@@ -72,12 +72,12 @@ class Girth:
         return tied.perimeters[rows[:, 0]]
 
     def take(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Floats]:
-        """The girth and its closed loop, whose first point is not repeated."""
+        """The girth, metres, and its closed loop, (P, 3), whose first point is not repeated."""
         tied, rows = tie(template, vertices[None], [self])
         return float(tied.perimeters[rows[0, 0]]), tied.loop(int(rows[0, 0]))
 
     def gradient(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Gradient]:
-        """The girth and its derivative, on the plane that counts just now."""
+        """The girth and its derivative, a `Gradient`, on the plane that counts just now."""
         tied, rows = tie(template, vertices[None], [self])
         row = int(rows[0, 0])
         return float(tied.perimeters[row]), gradients(template, vertices, [self], tied, [(0, row)])[
@@ -185,13 +185,13 @@ class Extent:
         return np.array([np.ptp(tied.loop(row)[:, self.axis]) for row in rows[:, 0].tolist()])
 
     def take(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Floats]:
-        """The extent and the two points that lie furthest apart."""
+        """The extent, metres, and the two points that lie furthest apart, (2, 3)."""
         _, loop = self.girth.take(template, vertices)
         along = loop[:, self.axis]
         return float(np.ptp(along)), loop[[along.argmin(), along.argmax()]]
 
     def gradient(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Gradient]:
-        """As in `Tape`; the two ends slide with the plane no more than their edges do."""
+        """The extent and its derivative; its two ends slide no more than their edges do."""
         tied, rows = tie(template, vertices[None], [self.girth])
         row = int(rows[0, 0])
         rig = _rig(template, (self.girth,))

@@ -163,7 +163,7 @@ class Law:
         known = ~np.isnan(logs[0])
         noise = np.diag(np.broadcast_to(variances, len(law.names))[known])
         difference = np.zeros(len(logs))
-        for _ in range(INDEX_ROUNDS):
+        for turn in range(INDEX_ROUNDS):
             centres, spread = law.at(difference)
             across = spread[:, :, known]
             inner = across[:, known] + noise
@@ -172,8 +172,8 @@ class Law:
             means = centres + np.einsum("nij,nj->ni", gain, off)
             apart = means[:, :2] - law.means[:2]
             difference = apart[:, 1] - 2 * apart[:, 0]
-            if known[:2].all() and _ == 1:
-                break
+            if known[:2].all() and turn == 1:
+                break  # Stature and weight are known, and so is the index.
         return means, spread - gain @ across.transpose(0, 2, 1)
 
     def arrays(self) -> dict[str, Floats]:

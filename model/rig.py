@@ -171,7 +171,13 @@ def arm_angles(rig: Rig, body: Body) -> tuple[float, float]:
 
 
 def angle_of(sign: float, start: Floats, stop: Floats) -> float:
-    """How far a bone is from hanging down, seen from the front; `sign` is 1 on the left side."""
+    """How far a bone is from hanging down, seen from the front, in radians.
+
+    Parameters
+    ----------
+    sign : 1 on the left side, -1 on the right.
+    start, stop : ndarrays of shape (3,), metres: the ends of the bone, the upper one first.
+    """
     x, y, _ = stop - start
     return float(np.arctan2(sign * x, -y))
 

@@ -245,7 +245,7 @@ class Sheet:
         return bool(grown < 0.012 * ROWS)
 
     def place_of(self, name: str) -> Floats:
-        """Where on the sheet a landmark is: column and row."""
+        """Where on the sheet a landmark is: column and row, ndarray of shape (2,)."""
         point = self.body.template.landmark_points(self.body.vertices, name)
         flat = seen(point[None], self.side, self.camera, self.facing)[0]
         return self.origin + flat / self.step * [1, -1]
@@ -255,11 +255,19 @@ class Sheet:
         return int(self.place_of(name)[1])
 
     def heights(self, rows: Iterable[int]) -> Floats:
-        """How far above the floor the middles of rows lie, in metres."""
+        """How far above the floor the middles of n rows lie: (n,), metres."""
         return (self.origin[1] - (np.array(rows) + 0.5)) * self.step
 
     def breadth(self, near: range, arms: Booleans, avatar: Floats, *, legs: bool) -> float | None:
-        """The photo's mean breadth in rows, in metres; None where legs do not stand apart."""
+        """The photo's mean breadth in rows, in metres; None where legs do not stand apart.
+
+        Parameters
+        ----------
+        near : the rows.
+        arms : ndarray of bool, the sheet's shape: what is left out.
+        avatar : ndarray of shape (2,), from where to where the avatar is, metres.
+        legs : whether two spans are looked for, or what lies between the outermost.
+        """
         found = []
         for row in near:
             spans = self.spans(row, arms)
@@ -270,14 +278,19 @@ class Sheet:
         return float(np.mean(found)) if len(found) > SMOOTH else None
 
     def spans(self, row: int, arms: Booleans) -> list[tuple[float, float]]:
-        """From where to where the photo has a person in a row, arms aside, in metres."""
+        """From where to where the photo has a person in a row, in metres.
+
+        Parameters
+        ----------
+        arms : ndarray of bool, the sheet's shape: what is left out.
+        """
         columns = _spans(np.where(arms[row], 0, self.cover[row]))
         left = self.origin[0]
         return [((start - left) * self.step, (end - left) * self.step) for start, end in columns]
 
 
 def over(spans: list[tuple[float, float]], avatar: Floats) -> tuple[float, float] | None:
-    """From the first to the last of the spans that have something of the avatar's in them."""
+    """From the first to the last of the spans that have something of the avatar's span, (2,)."""
     met = [span for span in spans if span[0] < avatar[1] and span[1] > avatar[0]]
     return (met[0][0], met[-1][1]) if met else None
 
@@ -311,7 +324,10 @@ def _laid(mask: Mask, left: float, ratio: float, size: tuple[int, int]) -> NDArr
 
 
 def edges_of_figure(inside: Booleans) -> tuple[Integers, Integers]:
-    """The first filled column of each row and the one past the last; of empty rows, both ends."""
+    """The first filled column of each row of a picture, (H, W), and the one past the last: (H,).
+
+    Of empty rows they are the picture's right and its left end.
+    """
     width = inside.shape[1]
     some = inside.any(axis=1)
     first = np.where(some, inside.argmax(axis=1), width)

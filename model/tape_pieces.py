@@ -79,10 +79,12 @@ class TapePieces:
         return Reading(values, chosen, hulls, slopes)
 
     def gradients(self, vertices: Floats, reading: Reading, pieces: Integers) -> list[Gradient]:
-        """The derivatives of some pieces.
+        """The derivatives of some pieces, in the order of `pieces`.
 
         Parameters
         ----------
+        vertices : ndarray of shape (V, 3), metres.
+        pieces : ndarray of shape (n,), which.
         reading : of the same body; with slopes, where pieces of tapes that are no girths are
             among those wanted.
         """

@@ -185,7 +185,17 @@ def load_template_mesh(folder: Path = DATA) -> TemplateMesh:
 
 
 def template_mesh_from(arrays: Mapping[str, NDArray[Any]], folder: Path = DATA) -> TemplateMesh:
-    """A template from its saved arrays and the folder's ``landmarks.json``, without strips."""
+    """A template from its saved arrays and the folder's ``landmarks.json``, without strips.
+
+    Parameters
+    ----------
+    arrays : by attribute of `TemplateMesh`, but for landmarks and strips; shapes as there.
+
+    Raises
+    ------
+    FileNotFoundError, DamagedFileError
+        Where the landmarks' file is missing or damaged; the message names it.
+    """
     faces = arrays["faces"].astype(np.int32)
     with reading(folder / "landmarks.json") as file:
         landmarks = {

@@ -118,7 +118,13 @@ def train_on_scans(
 
 
 def prepared(scans: ScanSet, known: Known, record: Record) -> ScanSet:
-    """The scans mended, in metres, +Y up, facing +Z, on the ground and on one another."""
+    """The scans mended, in metres, +Y up, facing +Z, on the ground and on one another.
+
+    Raises
+    ------
+    ScanError
+        Where unit or axes are not recognised, or the mesh cannot be mended; it names the scan.
+    """
     unit, axis = recognise_unit(scans.names, scans.vertices, known.unit, known.up)
     mean = np.zeros(scans.vertices.shape[1:])
     for scan in scans.vertices:

@@ -78,7 +78,17 @@ def measure_scans(template: TemplateMesh, vertices: NDArray[np.float32]) -> Floa
 
 
 def with_strips(template: TemplateMesh, vertices: NDArray[np.float32], path: Path) -> TemplateMesh:
-    """The template with the strips of its geodesics, found on a sample and written to a file."""
+    """The template with the strips of its geodesics, found on a sample and written to a file.
+
+    Parameters
+    ----------
+    vertices : ndarray of shape (n, V, 3), metres.
+
+    Raises
+    ------
+    ScanError
+        Where no body of the sample will do, or no way leads between two landmarks.
+    """
     rows = np.unique(np.linspace(0, len(vertices) - 1, STRIP_BODIES).astype(int))
     sample = unflattened(vertices[rows].astype(np.float64), template.faces)
     if not len(sample):
@@ -127,7 +137,7 @@ def outliers(values: Floats, sexes: NDArray[np.uint8]) -> Booleans:
 
 
 def outlier_lines(outlying: Booleans, sexes: NDArray[np.uint8]) -> list[str]:
-    """How many values of each measurement are missing as outliers, a line each."""
+    """How many values of each measurement, (n, m), are missing as outliers, a line each."""
     counts = [outlying[sexes == sex].sum(axis=0) for sex in range(len(SEXES))]
     lines = [
         f"  {name}: {', '.join(f'{c[i]} {sex}' for c, sex in zip(counts, SEXES, strict=True))}"
@@ -142,7 +152,7 @@ def outlier_lines(outlying: Booleans, sexes: NDArray[np.uint8]) -> list[str]:
 def write_values(
     path: Path, names: Sequence[str], sexes: NDArray[np.uint8], values: Floats
 ) -> None:
-    """Writes all measurements as a table, SI; empty where one is missing."""
+    """Writes all measurements, (n, m), as a table, SI; empty where one is missing."""
     with path.open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file)
         table.writerow(["file", "sex", *(f"{n}_{MEASUREMENTS[n].unit}" for n in TAKEN)])
