@@ -3,13 +3,13 @@
 import io
 import json
 import shutil
-import struct
 import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
+from glb_reader import read, values
 
 from model.appearance import dress
 from model.estimators import load_estimators
@@ -31,26 +31,6 @@ def body(request):
 @pytest.fixture(scope="module")
 def glb(body):
     return to_glb(body, EXTRAS)
-
-
-def read(glb):
-    """The document and the binary chunk of a file, by the container's definition."""
-    magic, version, length = struct.unpack_from("<4sII", glb)
-    assert (magic, version, length) == (b"glTF", 2, len(glb))
-    json_length, json_type = struct.unpack_from("<I4s", glb, 12)
-    bin_length, bin_type = struct.unpack_from("<I4s", glb, 20 + json_length)
-    assert (json_type, bin_type) == (b"JSON", b"BIN\0")
-    assert 28 + json_length + bin_length == len(glb)
-    return json.loads(glb[20 : 20 + json_length]), glb[28 + json_length :]
-
-
-def values(document, binary, number):
-    accessor = document["accessors"][number]
-    view = document["bufferViews"][accessor["bufferView"]]
-    kind = {5123: "<u2", 5126: "<f4"}[accessor["componentType"]]
-    width = {"SCALAR": 1, "VEC3": 3}[accessor["type"]]
-    array = np.frombuffer(binary, kind, accessor["count"] * width, view["byteOffset"])
-    return array.reshape(-1, width)
 
 
 def test_the_points_are_the_bodys_to_a_hundredth_of_a_millimetre(body, glb):

@@ -1,11 +1,10 @@
 """The live preview's targets against the estimator that they stand for, and against the tape."""
 
-import json
-import struct
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from glb_reader import read, values
 
 from model.anthropometry import TAKEN, measure
 from model.appearance import dress, dressed_moves
@@ -115,23 +114,15 @@ WOMAN = {
 
 
 def decoded(glb):
-    """The document, its positions and the targets', by the container's definition."""
-    length = struct.unpack_from("<I", glb, 12)[0]
-    document, binary = json.loads(glb[20 : 20 + length]), glb[28 + length :]
-
-    def points(number):
-        accessor = document["accessors"][number]
-        view = document["bufferViews"][accessor["bufferView"]]
-        kind = {5120: np.int8, 5122: np.int16, 5126: np.float32}[accessor["componentType"]]
-        width = view.get("byteStride", 12) // np.dtype(kind).itemsize
-        values = np.frombuffer(binary, kind, width * accessor["count"], view["byteOffset"])
-        values = values.reshape(-1, width)[:, :3].astype(float)
-        return values / np.iinfo(kind).max if accessor.get("normalized") else values
-
+    """The document, its positions, and the targets' positions and normals."""
+    document, binary = read(glb)
     skin = document["meshes"][0]["primitives"][0]
-    targets = [points(target["POSITION"]) for target in skin["targets"]]
-    normals = [points(target["NORMAL"]) for target in skin["targets"]]
-    return document, points(skin["attributes"]["POSITION"]), np.array(targets), np.array(normals)
+    points = values(document, binary, skin["attributes"]["POSITION"]).astype(float)
+    targets, normals = (
+        np.array([values(document, binary, target[kind]) for target in skin["targets"]])
+        for kind in ("POSITION", "NORMAL")
+    )
+    return document, points, targets, normals
 
 
 @pytest.fixture(scope="module")

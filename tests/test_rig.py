@@ -1,12 +1,11 @@
 """The skeleton in bodies, and the skin that follows it; the file's, read by its definition."""
 
 import io
-import json
-import struct
 
 import numpy as np
 import pytest
 import trimesh
+from glb_reader import read, values
 from scipy.spatial.transform import Rotation
 from test_gltf import validated
 
@@ -184,27 +183,6 @@ def test_the_four_strongest_bones_are_kept_whole():
 
 # ---------------------------------------------------------------- the file
 
-FORMATS = {5120: "<i1", 5121: "<u1", 5126: "<f4"}
-WIDTHS = {"VEC3": 3, "VEC4": 4, "MAT4": 16}
-
-
-def read(glb):
-    length = struct.unpack_from("<I", glb, 12)[0]
-    document, binary = json.loads(glb[20 : 20 + length]), glb[28 + length :]
-
-    def values(number):
-        accessor = document["accessors"][number]
-        view = document["bufferViews"][accessor["bufferView"]]
-        kind, width = FORMATS[accessor["componentType"]], WIDTHS[accessor["type"]]
-        row = view.get("byteStride", width * np.dtype(kind).itemsize)
-        rows = np.frombuffer(
-            binary, kind, accessor["count"] * row // np.dtype(kind).itemsize, view["byteOffset"]
-        )
-        array = rows.reshape(accessor["count"], -1)[:, :width].astype(float)
-        return array / np.iinfo(kind).max if accessor.get("normalized") else array
-
-    return document, values
-
 
 @pytest.fixture(scope="module")
 def glb(body, rig):
@@ -212,7 +190,7 @@ def glb(body, rig):
 
 
 def test_the_files_skeleton_is_the_bodys_and_holds_it_still(body, rig, glb):
-    document, values = read(glb)
+    document, binary = read(glb)
     (skin,) = document["skins"]
     nodes = document["nodes"]
     names = [nodes[joint]["name"] for joint in skin["joints"]]
@@ -230,11 +208,14 @@ def test_the_files_skeleton_is_the_bodys_and_holds_it_still(body, rig, glb):
     np.testing.assert_allclose(places, rig.places(body.vertices), atol=1e-4)
 
     attributes = document["meshes"][0]["primitives"][0]["attributes"]
-    points = values(attributes["POSITION"])
-    joints, weights = values(attributes["JOINTS_0"]).astype(int), values(attributes["WEIGHTS_0"])
+    points = values(document, binary, attributes["POSITION"])
+    joints, weights = (
+        values(document, binary, attributes["JOINTS_0"]).astype(int),
+        values(document, binary, attributes["WEIGHTS_0"]),
+    )
     np.testing.assert_allclose(weights.sum(axis=1), 1, atol=1e-6)
     # Column by column: a matrix's last four numbers are its last column.
-    binds = values(skin["inverseBindMatrices"]).reshape(-1, 4, 4)
+    binds = values(document, binary, skin["inverseBindMatrices"]).reshape(-1, 4, 4)
     shifts = binds[:, 3, :3] + places
     np.testing.assert_array_equal(binds[:, :3, :3], np.tile(np.eye(3), (len(places), 1, 1)))
     held = points + np.einsum("vk,vkx->vx", weights, shifts[joints])
@@ -249,10 +230,10 @@ def test_the_files_skeleton_is_the_bodys_and_holds_it_still(body, rig, glb):
 
 
 def test_the_files_normals_in_bytes_are_the_bodys(body, glb):
-    document, values = read(glb)
+    document, binary = read(glb)
     assert document["extensionsRequired"] == ["KHR_mesh_quantization"]
     attributes = document["meshes"][0]["primitives"][0]["attributes"]
-    normals = values(attributes["NORMAL"])
+    normals = values(document, binary, attributes["NORMAL"])
     order = mirrored_order(body.template, body.kind)
     np.testing.assert_allclose(normals, dress(body).normals[order], atol=0.6 / 127)
 
