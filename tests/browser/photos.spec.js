@@ -25,7 +25,7 @@ test("a photo becomes an outline and a comparison, and only the outline is sent"
     await expect(card(page, view).locator("[data-finding]")).toHaveCount(0);
   }
   await compare(page);
-  await expect(page.locator(".result .blend")).toHaveCount(2);
+  await expect(page.locator(".result .blend")).toHaveCount(2, SLOWLY);
   await expect(page.locator(".result .blend").last()).toBeVisible();
 
   // The person of the photo is 6 cm more around the waist than the form's.
