@@ -6,6 +6,7 @@ Of the neutral body, whose files are the heaviest of the three kinds. What is en
 body of a stature of 168 cm measures, in the order of the table of measurements.
 """
 
+import json
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -29,7 +30,7 @@ def rows() -> Iterator[str]:
     settings = {"FITTING_ROOM_LOCAL": True, "SECRET_KEY": "of these sizes, and no secret"}
     client = create_app(settings | {"RATELIMIT_ENABLED": False}).test_client()
     asked = {"body": "neutral", "measurements": {"stature": 168}}
-    taken = client.post("/api/v1/avatars", json=asked).json["measurements"]
+    taken = json.loads(client.post("/api/v1/avatars", json=asked).data)["measurements"]
     values = {row["name"]: round(row["taken"], 1) for row in taken}
 
     def row(words: str, count: int, *, morph_targets: bool) -> str:
