@@ -100,7 +100,7 @@ export function direction(vector) {
   return length > 0 ? vector.map((value) => value / length) : [0, 1, 0];
 }
 
-export function subtract(a, b) {
+function subtract(a, b) {
   return a.map((value, k) => value - b[k]);
 }
 

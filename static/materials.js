@@ -8,7 +8,7 @@ import { Color, DoubleSide, ShaderMaterial } from "three";
 
 /** sRGB: a shop's mannequin and a garment that is clearly one, as in the file and the pictures. */
 export const GARMENT = [0.36, 0.42, 0.47];
-export const GHOST = [0.06, 0.42, 0.46];
+const GHOST = [0.06, 0.42, 0.46];
 
 const VERTEX = /* glsl */ `
 varying vec3 facing;

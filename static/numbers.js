@@ -14,7 +14,7 @@ function localised(text, { decimal = "." } = WORDS.numbers ?? {}) {
 }
 
 /** Whether a row of the API's answer is told in feet and inches. */
-export function inFeet(row) {
+function inFeet(row) {
   return row.unit === "in" && row.name === "stature";
 }
 

@@ -22,10 +22,10 @@ export const VIEWS = Object.freeze({
 
 /** The camera's distance from a whole body, and the picture's free edge: model/cameras.py. */
 export const DISTANCE = 3;
-export const MARGIN = 0.04;
+const MARGIN = 0.04;
 
 /** Width over height of the two still pictures. */
-export const STILL_ASPECT = 0.5;
+const STILL_ASPECT = 0.5;
 
 /**
  * The lens that the two still pictures have in a frame of some shape: front and side fit into it

@@ -1,8 +1,8 @@
 /** Photos as the shopper chose them: told apart by their first bytes, upright, not too large. */
 
 /** What a browser is asked to hold of a photo: a person's outline needs no more. Pixels. */
-export const TALLEST = 1440;
-export const WIDEST = 1920;
+const TALLEST = 1440;
+const WIDEST = 1920;
 
 /** Brands of the ISO base media file format (ISO/IEC 23008-12) that telephones write as HEIC. */
 const HEIC = new Set(["heic", "heix", "heim", "heis", "hevc", "hevx", "mif1", "msf1"]);
@@ -20,7 +20,7 @@ export class Unusable extends Error {
  *
  * @param {Uint8Array} bytes at least the first twelve
  */
-export function kindOf(bytes) {
+function kindOf(bytes) {
   const letters = (from, to) => String.fromCharCode(...bytes.subarray(from, to));
   if (bytes[0] === 0xff && bytes[1] === 0xd8 && bytes[2] === 0xff) return "jpeg";
   if (letters(0, 8) === "\x89PNG\r\n\x1a\n") return "png";
@@ -30,7 +30,7 @@ export function kindOf(bytes) {
 }
 
 /** The size, never larger than it was, at which a photo is looked at. */
-export function fittedSize({ width, height }) {
+function fittedSize({ width, height }) {
   const scale = Math.min(1, TALLEST / height, WIDEST / width);
   const [across, down] = [width, height].map((size) => Math.max(1, Math.round(size * scale)));
   return { width: across, height: down };
