@@ -5,8 +5,7 @@ import pytest
 from sklearn.linear_model import LinearRegression
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
-from model.estimators import LinearBodyEstimator
-from model.training.pca_estimator import PCABodyEstimator
+from model.estimators import LinearBodyEstimator, PCABodyEstimator
 
 
 @parametrize_with_checks(

@@ -12,11 +12,10 @@ from functools import partial
 
 import numpy as np
 
-from model.estimators import LinearBodyEstimator
+from model.estimators import LinearBodyEstimator, PCABodyEstimator
 from model.geometry import Floats
 from model.shape_basis import ShapeBasis
 from model.template_mesh import TemplateMesh
-from model.training.pca_estimator import PCABodyEstimator
 
 COMPONENT_SHARE = 0.98
 """The share of the variance that the components hold. The paper says only that they explain

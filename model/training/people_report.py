@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from model.anthropometry import TAKEN
-from model.estimators import Estimator, load_estimators
+from model.estimators import Estimator, PCABodyEstimator, load_estimators
 from model.geometry import Floats
 from model.measurements import BodyKind
 from model.training.fit_report import (
@@ -32,7 +32,6 @@ from model.training.law_report import (
     procedure_rows,
     recognised,
 )
-from model.training.pca_estimator import PCABodyEstimator
 from model.training.population import Population
 from model.training.population_report import table
 from model.training.survey import FROM_SURVEY, INDEX_BANDS, SEXES, STATURE_BANDS, Sex

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.anthropometry import TAKEN
-from model.estimators import LinearBodyEstimator
+from model.estimators import LinearBodyEstimator, PCABodyEstimator
 from model.geometry import Floats
 from model.training.charts import lines
 from model.training.error_maps import MapRow, draw_map
@@ -34,7 +34,6 @@ from model.training.paper_validation import (
     small_and_large,
     subsets,
 )
-from model.training.pca_estimator import PCABodyEstimator
 from model.training.population import Population
 from model.training.population_report import table
 from model.training.survey import SEXES, Sex
