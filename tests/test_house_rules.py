@@ -231,7 +231,7 @@ def test_every_file_has_a_subject():
     assert [file for file in python_files() if file.stem in vague] == []
 
 
-LONGEST = 430
+LONGEST = 450
 """Lines of a file at most."""
 
 
