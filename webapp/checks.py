@@ -135,7 +135,7 @@ def sits_well(name: str, typed: Typed) -> str:
     """Words for a number that goes well with the others; "" where there are no others."""
     if not typed.values(name) or not any(other != name for other in typed.answers):
         return ""
-    return _("That goes well with your other numbers.")
+    return _("Fits your other numbers.")
 
 
 def estimate(name: str, typed: Typed, estimator: Estimator) -> str:

@@ -111,10 +111,10 @@ PLACES: Mapping[str, tuple[tuple[str, Any], ...]] = {
 }
 """Where else people lay the tape who are asked for a measurement, and what they measure then."""
 
-LEG_WORDS: Mapping[str, tuple[Any, Any]] = {
-    "floor": (_l("The floor"), ""),
-    "ankle": (_l("The outer ankle bone"), ""),
-    "trousers": (_l("My trousers’ label"), _l("Inches, as L32 or 32/34")),
+LEG_WORDS: Mapping[str, Any] = {
+    "floor": _l("The floor"),
+    "ankle": _l("The ankle bone"),
+    "trousers": _l("Trousers’ label, inches"),
 }
 
 _LEG_PICTURES: Mapping[str, Any] = {

@@ -25,17 +25,17 @@ class Words(NamedTuple):
     how: Any = ""
 
 
-_SQUARE = _l("Feet apart, the tape square to the leg.")
+_SQUARE = _l("Feet apart, tape level.")
 
 GIRTHS: Mapping[str, Words] = {
     "stature": Words(
-        _l("From the floor to the top of your head."),
+        _l("Floor to top of head."),
         _l(
             "The height that people say is one to two centimetres, half an inch or more, above "
             "what a wall shows. Measure it once more, without shoes."
         ),
         _l("Alone: step out from under the book without moving it, then mark its lower edge."),
-        _l("Barefoot against a wall, eyes ahead. Mark the lower edge of a book flat on your head."),
+        _l("Barefoot against a wall, eyes ahead. Mark under a book flat on your head."),
     ),
     "weight": Words(
         _l("What a scale says."),
@@ -43,45 +43,45 @@ GIRTHS: Mapping[str, Words] = {
             "Clothes and shoes weigh a kilogram or two, some pounds, and a scale on a carpet is "
             "wrong."
         ),
-        how=_l("Without shoes, in light clothes."),
+        how=_l("No shoes, light clothes."),
     ),
     "waist_girth": Words(
-        _l("Around your trunk at its narrowest, above the trousers."),
+        _l("Around your narrowest part, above the trousers."),
         _l(
             "The waist of trousers and skirts sits lower, and the number on their label is "
             "another measurement."
         ),
-        how=_l("Bend sideways: it creases there. Breathe out, then read."),
+        how=_l("Bend sideways: it creases there."),
     ),
     "bust_girth": Words(
-        _l("Around your chest, over its fullest part."),
+        _l("Around your chest at its fullest."),
         _l("The tape slips down at the back. A mirror shows it."),
-        how=_l("Under the arms, straight across the back. Breathe out, then read."),
+        how=_l("Straight across the back."),
     ),
     "abdomen_girth": Words(
-        _l("Around your belly, at the navel, where it is fullest."),
+        _l("Around your belly at the navel."),
         _l("The belly is pulled in without thinking of it. Breathe out, let go, then read."),
-        how=_l("Let the belly go, breathe out, then read."),
+        how=_l("Let the belly go."),
     ),
     "hip_girth": Words(
-        _l("Around your seat and hips at their fullest."),
+        _l("Around your seat at its fullest."),
         _l(
             "Taken at the hip bones it is too high. The fullest place is lower, near where the "
             "legs begin."
         ),
-        how=_l("Feet together, tape well below the hip bones."),
+        how=_l("Feet together, below the hip bones."),
     ),
     "underbust_girth": Words(
         _l("Around your ribs, directly under the bust, where the band of a bra lies."),
         _l("The size of a bra's band is not this number: measure, without a bra."),
     ),
     "thigh_girth": Words(
-        _l("Around one thigh at its widest, just below the seat."),
+        _l("Around one thigh, just below the seat."),
         _l("The tape hangs down on the inside. Keep it square to the leg all the way round."),
         how=_SQUARE,
     ),
     "mid_thigh_girth": Words(
-        _l("Around one thigh, a hand's breadth above the kneecap."),
+        _l("A hand's breadth above one kneecap."),
         _l(
             "Taken near the seat it is the thigh, another measurement; taken at the knee it is "
             "too small."

@@ -102,16 +102,13 @@ LENGTHS: Mapping[str, Words] = {
         _WALL,
     ),
     "inseam_height": Words(
-        _l("From the lowest point between your legs straight down."),
+        _l("From the crotch straight down."),
         _l("Everyone measures it differently. So we ask where your number ends."),
         _l(
             "Alone: the book is level when its spine lies flat on the wall. Mark its upper edge "
             "there, step away, and measure."
         ),
-        _l(
-            "Barefoot, back to a wall, a thin book pulled up between your legs. Measure from its "
-            "upper edge."
-        ),
+        _l("Barefoot against a wall, pull a thin book up between your legs. Measure from its top."),
     ),
     "foot_height": Words(
         _l("From the floor to the bone that stands out on the outside of the ankle."),

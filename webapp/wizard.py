@@ -152,6 +152,7 @@ def review() -> Page:
     names = [name for name in (*order, *MEASUREMENTS) if name in typed.answers]
     names = list(dict.fromkeys(names))
     estimator = estimators()[typed.kind]
+    best = checks.best_next(typed, estimator) if "stature" in typed.answers else []
     return render_template(
         "wizard/review.html",
         typed=typed,
@@ -162,13 +163,12 @@ def review() -> Page:
             if name not in typed.answers
         },
         questions=_questions(typed),
-        best=checks.best_next(typed, estimator) if "stature" in typed.answers else [],
+        best=best,
+        pictures={one.name: guide.picture(one.name, typed) for one in best},
         repeats=checks.repeats(typed),
         faults={name: found for name in names if (found := _faults(name, typed))},
         bodies=guide.BODY_WORDS,
         labels=table_words.labels(),
-        words=guide.WORDS,
-        symbols=symbols(typed.units),
         leg_words=guide.LEG_WORDS,
     )
 
