@@ -42,7 +42,11 @@ class Question:
 
 @dataclass(frozen=True, slots=True)
 class Best:
-    """The measurement that would help most, and how near the others are known before and after."""
+    """The measurement that would help most, and how near the others are known before and after.
+
+    before : a number, in the person's units
+    after : the same with its unit
+    """
 
     name: str
     before: str
@@ -135,7 +139,7 @@ def sits_well(name: str, typed: Typed) -> str:
     """Words for a number that goes well with the others; "" where there are no others."""
     if not typed.values(name) or not any(other != name for other in typed.answers):
         return ""
-    return _("Fits your other numbers.")
+    return _("Fits the others.")
 
 
 def estimate(name: str, typed: Typed, estimator: Estimator) -> str:
@@ -167,7 +171,7 @@ def best_next(typed: Typed, estimator: Estimator) -> list[Best]:
     alone = [gain for gain in gains if not MEASUREMENTS[gain.measurement].helper_needed]
     best = []
     for gain in dict.fromkeys([*gains[:1], *alone[:1]]):
-        before, after = (with_unit(half, LEG, typed.units) for half in (gain.before, gain.after))
+        before, after = number(gain.before, LEG, typed.units), with_unit(gain.after, LEG, typed.units)
         best.append(Best(gain.measurement, before, after))
     return best
 

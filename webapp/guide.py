@@ -94,10 +94,10 @@ BUILDS: Sequence[tuple[str, float]] = (("slim", 23.0), ("medium", 29.0), ("broad
 PLACES: Mapping[str, tuple[tuple[str, Any], ...]] = {
     "waist_girth": (
         ("waist_girth", _l("Narrowest part")),
-        ("abdomen_girth", _l("At the navel")),
+        ("abdomen_girth", _l("Navel")),
     ),
     "abdomen_girth": (
-        ("abdomen_girth", _l("At the navel")),
+        ("abdomen_girth", _l("Navel")),
         ("waist_girth", _l("Narrowest part")),
     ),
     "bust_girth": (
@@ -112,8 +112,8 @@ PLACES: Mapping[str, tuple[tuple[str, Any], ...]] = {
 """Where else people lay the tape who are asked for a measurement, and what they measure then."""
 
 LEG_WORDS: Mapping[str, Any] = {
-    "floor": _l("The floor"),
-    "ankle": _l("The ankle bone"),
+    "floor": _l("Floor"),
+    "ankle": _l("Ankle bone"),
     "trousers": _l("Trousers’ label, inches"),
 }
 

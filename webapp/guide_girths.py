@@ -89,12 +89,12 @@ GIRTHS: Mapping[str, Words] = {
         how=_SQUARE,
     ),
     "neck_girth": Words(
-        _l("Around your neck at its narrowest, just below the larynx, where a collar lies."),
+        _l("Around your neck, just below the larynx."),
         _l(
             "A shirt's collar has room in it: its size is one to two centimetres, about half an "
             "inch, more."
         ),
-        how=_l("Look straight ahead. Tilt the tape as a shirt's collar sits."),
+        how=_l("Look straight ahead. Tilt the tape as a collar sits."),
     ),
     "head_girth": Words(
         _l("Around your head at its widest, as a hat sits."),
