@@ -76,7 +76,7 @@ def test_how_every_tape_lies_is_said_above_the_first_number_and_below_all(client
     for name in guide.steps(kind):
         client.get(f"/measure/{name}")
         page = text(client.page.find(".//main"))
-        above += [name] if "Every tape: level, snug" in page else []
+        above += [name] if "All tapes: level, snug" in page else []
         if MEASUREMENTS[name].kind == "girth":
             assert str(guide.tape(name)) in page
             assert str(guide.wear(name, kind)) in page
@@ -84,11 +84,11 @@ def test_how_every_tape_lies_is_said_above_the_first_number_and_below_all(client
 
 
 def test_what_is_asked_in_turn_is_told_in_a_breath():
-    """What a measurement is and how it is taken: some ten seconds of reading at most."""
+    """What a measurement is and how it is taken: some six seconds of reading at most."""
     for kind in BODY_KINDS:
         for name in guide.steps(kind):
             said = f"{guide.WORDS[name].what} {guide.how(name)}"
-            assert len(said.split()) <= 30, name
+            assert len(said.split()) <= 25, name
 
 
 def test_who_needs_a_helper_is_told_before_the_number(woman):

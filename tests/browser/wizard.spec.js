@@ -15,8 +15,8 @@ const IMPERIAL = {
   inseam_height: "30.7",
 };
 const WORDS = {
-  "en-GB": { start: "Measure yourself", review: "What you have entered", height: "Height" },
-  "pt-PT": { start: "Tire as suas medidas", review: "O que indicou", height: "Altura" },
+  "en-GB": { start: "Measure yourself", review: "Your numbers", height: "Height" },
+  "pt-PT": { start: "Tire as suas medidas", review: "Os seus números", height: "Altura" },
 };
 
 const title = (page) => page.locator("h1");
