@@ -194,7 +194,7 @@ def test_an_english_page_has_them(client, path):
     with client.session_transaction() as session:
         session["typed"] = dict(PERSON)
     client.get(path)
-    assert len(ENGLISH.findall(said(client.page))) > 20
+    assert len(ENGLISH.findall(said(client.page))) > 15  # the start is short
 
 
 def test_the_numbers_of_a_portuguese_sheet_and_its_table_are_portuguese(shopper):
