@@ -171,8 +171,8 @@ def best_next(typed: Typed, estimator: Estimator) -> list[Best]:
     alone = [gain for gain in gains if not MEASUREMENTS[gain.measurement].helper_needed]
     best = []
     for gain in dict.fromkeys([*gains[:1], *alone[:1]]):
-        before, after = number(gain.before, LEG, typed.units), with_unit(gain.after, LEG, typed.units)
-        best.append(Best(gain.measurement, before, after))
+        before = number(gain.before, LEG, typed.units)
+        best.append(Best(gain.measurement, before, with_unit(gain.after, LEG, typed.units)))
     return best
 
 
