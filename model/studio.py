@@ -9,10 +9,12 @@ from __future__ import annotations
 import contextlib
 import math
 import os
+import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -65,7 +67,10 @@ class _Studio:
         # Mesa's own threads would be missing after a fork, and the first picture wait for them
         # for ever. Without them it is no slower: reading the pixels back takes the time.
         os.environ["LP_NUM_THREADS"] = "0"
+        # Nothing is written to disk, and a container without one says nothing of it.
+        os.environ["MESA_SHADER_CACHE_DISABLE"] = "true"
         try:
+            _without_windows()
             import pyrender
             from pyrender.platforms.osmesa import OSMesaPlatform
 
@@ -127,6 +132,15 @@ class _Studio:
         colours = self._renderer.read_color_buf()
         depths = self._renderer.read_depth_buf() if with_depths else np.empty((0, 0), np.float32)
         return Drawn(colours, depths, corner)
+
+
+def _without_windows() -> None:
+    """With pyrender comes a viewer in a window, whose import wants libGL and all of X: servers have
+    neither. Nobody looks at it here, and an empty module stands in for it.
+    """
+    viewer = ModuleType("pyrender.viewer")
+    viewer.Viewer = None  # type: ignore[attr-defined]
+    sys.modules.setdefault(viewer.__name__, viewer)
 
 
 def _tell_contexts_by_address() -> None:

@@ -207,6 +207,27 @@ def test_importing_the_module_does_not_open_a_context():
     assert result.returncode == 0, result.stderr
 
 
+def test_no_system_of_windows_is_needed():
+    """Where only OSMesa is installed, pyglet cannot be imported: it wants libGL and X."""
+    code = f"""{BODY}
+sys.modules["pyglet"] = None
+render_png(body, "front", size=(150, 300))
+"""
+    result = run(code)
+    assert result.returncode == 0, result.stderr
+
+
+def test_nothing_is_written_to_the_disk(tmp_path):
+    """Mesa would keep its compiled programs in a folder of the user's."""
+    code = f"""{BODY}
+os.environ["HOME"] = os.environ["XDG_CACHE_HOME"] = {str(tmp_path)!r}
+render_png(body, "front", size=(150, 300))
+"""
+    result = run(code)
+    assert result.returncode == 0, result.stderr
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_machine_that_cannot_draw_says_why():
     code = f"""{BODY}
 sys.modules["pyrender"] = None
