@@ -160,6 +160,15 @@ def unusual(rows: Sequence[int], entered: Sequence[str]) -> Booleans:
     return np.array(odd)
 
 
+def left_over(before: Floats, after: Floats) -> tuple[float, float]:
+    """The share of the mean distance, (n,) each, that is left, and its standard error.
+
+    That is of a ratio of sums (Cochran 1977, *Sampling Techniques*, chapter 6).
+    """
+    share = float(after.sum() / before.sum())
+    return share, float(np.linalg.norm(after - share * before) / before.sum())
+
+
 def table(trials: Mapping[str, Sequence[Helped]]) -> Iterable[str]:
     """Its lines."""
     yield (
@@ -175,11 +184,11 @@ def table(trials: Mapping[str, Sequence[Helped]]) -> Iterable[str]:
 
 def _row(words: str, ones: Sequence[Helped]) -> str:
     before, after = (np.array([getattr(one, when) for one in ones]) for when in ("before", "after"))
-    means: tuple[Floats, Floats] = before.mean(axis=0) * 1e3, after.mean(axis=0) * 1e3
     cells = [words, str(len(ones))]
-    for part in (0, 1):
-        cells.append(f"{means[0][part]:.2f} → {means[1][part]:.2f}")
-        cells.append(f"{100 * (1 - means[1][part] / means[0][part]):.0f} %")
+    for one, other in zip(before.T, after.T, strict=True):
+        left, error = left_over(one, other)
+        cells.append(f"{1e3 * one.mean():.2f} → {1e3 * other.mean():.2f}")
+        cells.append(f"{100 * (1 - left):.0f} ± {100 * error:.0f} %")
     cells.append(f"{(after[:, 0] < before[:, 0]).sum()} of {len(ones)}")
     cells.append(f"{1e3 * max(one.miss for one in ones):.2f}")
     cells.append(str(sum(one.pull < 1 for one in ones)))
