@@ -67,7 +67,7 @@ PLACE, LEAN, SWAY = 0.05, 0.03, 0.01
 """Metres: how far the figure may be off to one side as a whole, at head and feet by leaning and
 at its middle by swaying, as deviations, for each photo anew."""
 
-BENT, FORWARDS = 0.02, 0.01
+BENT, FORWARDS = 0.04, 0.01
 """Metres: by how much arms reach less far than they might, on average, as elbows and fingers are
 bent, an exponential law; and how far either way that is off, as a deviation, as arms are held
 forwards or backwards."""
