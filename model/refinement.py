@@ -70,7 +70,8 @@ at its middle by swaying, as deviations, for each photo anew."""
 BENT, FORWARDS = 0.04, 0.01
 """Metres: by how much arms reach less far than they might, on average, as elbows and fingers are
 bent, an exponential law; and how far either way that is off, as a deviation, as arms are held
-forwards or backwards."""
+forwards or backwards. Of 0.02 and 0.04 the latter brought 24 held-out bodies nearer that
+docs/comparison.md does not have."""
 
 OUTLIER = 3.0
 """An edge that is off by this many times the noise counts half (Cauchy's weights)."""
