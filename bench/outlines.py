@@ -27,6 +27,9 @@ DISTANCES, HEIGHTS = (2.0, 4.0), (0.6, 1.4)
 LIFTS, SWINGS = (-0.30, 0.15), (-0.10, 0.10)
 """Radians: how arms are turned from where the avatar has them."""
 
+FINGERS = 0.15
+"""By this share of itself at most a hand is shorter than the avatar's, as fingers are bent."""
+
 NOISE = 0.01
 """By how much of itself a breadth is off, as a standard deviation."""
 
@@ -78,10 +81,11 @@ def photographed(
 ) -> tuple[list[Photo], dict[Side, float]]:
     """A body's rough outlines by one camera, its arms turned; IoU of each with the smooth one."""
     camera = Camera(random.uniform(*DISTANCES), random.uniform(*HEIGHTS))
+    hands = random.spawn(1)[0].uniform(0, FINGERS, (2, 2))
     photos, rough = [], {}
-    for side in SIDES:
+    for side, bent in zip(SIDES, hands.tolist(), strict=True):
         arms = [(random.uniform(*LIFTS), random.uniform(*SWINGS)) for _ in range(2)]
-        turned = with_arms(body, arms[0], arms[1])
+        turned = with_arms(with_fingers(body, bent[0], bent[1]), arms[0], arms[1])
         facing: Facing = "left" if side == "profile" and random.random() < 0.5 else "right"
         mask: Mask = silhouette(turned, side, camera=camera, facing=facing, rows=FINE_ROWS)
         height = float(np.ptp(body.vertices[:, 1]))
@@ -110,6 +114,21 @@ def with_arms(body: Body, left: tuple[float, float], right: tuple[float, float])
         share = share * share * (3 - 2 * share)
         moved = _turned(vertices[own] - joint, sense * lift * share, (0, 1))
         vertices[own] = joint + _turned(moved, -swing * share, (1, 2))
+    return Body(template, vertices, body.kind)
+
+
+def with_fingers(body: Body, left: float, right: float) -> Body:
+    """A body whose hands are shorter by a share, from the wrist along the arm."""
+    template, vertices = body.template, body.vertices.copy()
+    for side, share in (("left", left), ("right", right)):
+        own = np.unique(template.faces[template.faces_of(f"hand_{side}")])
+        elbow, wrist = (
+            template.landmark_points(body.vertices, f"{name}_{side}")
+            for name in ("radiale", "stylion")
+        )
+        along = (wrist - elbow) / np.linalg.norm(wrist - elbow)
+        beyond = np.maximum((vertices[own] - wrist) @ along, 0)
+        vertices[own] -= share * beyond[:, None] * along
     return Body(template, vertices, body.kind)
 
 

@@ -22,6 +22,7 @@ from model.training.validation import ENTERED
 EIGHT = ENTERED["the eight that the paper evaluates"]
 FEW = ("stature", "weight", "bust_girth", "hip_girth")
 
+JUDGED = ("waist_girth", "thigh_girth")
 ODD = 1.5
 """A waist or a thigh is unusual that is so many deviations from what the law of people leads to
 expect of whoever has the entered values."""
@@ -100,7 +101,8 @@ FURTHER: Sequence[tuple[Scene, Mapping[str, Try]]] = (
 class Helped:
     """One body refined.
 
-    before, after : mean distance of all vertices, and of trunk and legs, in metres.
+    before, after : mean distance of all vertices, of trunk and legs, and how far waist and thigh
+        are off, their mean, in metres.
     miss : the largest of an entered length, in metres.
     pull : see `model.refinement.Refined`.
     cloth : what was taken for cloth, the mean of all levels, in metres.
@@ -108,8 +110,8 @@ class Helped:
         the person's, in metres; 0 where none is.
     """
 
-    before: tuple[float, float]
-    after: tuple[float, float]
+    before: tuple[float, float, float]
+    after: tuple[float, float, float]
     miss: float
     pull: float
     cloth: float
@@ -132,11 +134,12 @@ def help_with(row: int, seed: int, scene: Scene, tries: Mapping[str, Try]) -> di
             used = [replace(photo, camera=camera) for photo in used]
         refined = refine(estimator, asked, used, way.said)
         bodies = np.stack([one.vertices for one in (body, first, refined.fit.body)])
-        before, after = (
-            (float(apart.mean()), float(apart[seen].mean()))
-            for apart in np.linalg.norm(bodies[1:] - bodies[0], axis=2)
-        )
         girths = measure_batch(template, bodies, EDGE_LEVELS)
+        off = np.abs(girths[1:] - girths[0])[:, [EDGE_LEVELS.index(name) for name in JUDGED]]
+        before, after = (
+            (float(apart.mean()), float(apart[seen].mean()), float(miss.mean()))
+            for apart, miss in zip(np.linalg.norm(bodies[1:] - bodies[0], axis=2), off, strict=True)
+        )
         lengths = [abs(miss) for name, miss in refined.fit.misses.items() if name != "weight"]
         results[words] = Helped(
             before,
@@ -155,19 +158,29 @@ def unusual(rows: Sequence[int], entered: Sequence[str]) -> Booleans:
     for row in rows:
         estimator, body, _ = held_out(row, 0)
         given = estimator.law.given(values_of(body, entered))
-        own = values_of(body, ("waist_girth", "thigh_girth"))
+        own = values_of(body, JUDGED)
         odd.append(max(abs(given.score(name, value)) for name, value in own.items()) > ODD)
     return np.array(odd)
+
+
+def left_over(before: Floats, after: Floats) -> tuple[float, float]:
+    """The share of the mean distance, (n,) each, that is left, and its standard error.
+
+    That is of a ratio of sums (Cochran 1977, *Sampling Techniques*, chapter 6).
+    """
+    share = float(after.sum() / before.sum())
+    return share, float(np.linalg.norm(after - share * before) / before.sum())
 
 
 def table(trials: Mapping[str, Sequence[Helped]]) -> Iterable[str]:
     """Its lines."""
     yield (
-        "| | bodies | all vertices, mm | falls by | trunk and legs, mm | falls by | nearer "
+        "| | bodies | all vertices, mm | falls by | trunk and legs, mm | falls by "
+        "| waist and thigh off by, mean, mm | nearer "
         "| largest miss of an entered length, mm | outlines given less pull "
         "| taken for cloth, mean, mm | worst girth too wide by, mean (most), mm |"
     )
-    yield "|---|---|---|---|---|---|---|---|---|---|---|"
+    yield "|---|---|---|---|---|---|---|---|---|---|---|---|"
     for words, ones in trials.items():
         if ones:
             yield _row(words, ones)
@@ -175,11 +188,12 @@ def table(trials: Mapping[str, Sequence[Helped]]) -> Iterable[str]:
 
 def _row(words: str, ones: Sequence[Helped]) -> str:
     before, after = (np.array([getattr(one, when) for one in ones]) for when in ("before", "after"))
-    means: tuple[Floats, Floats] = before.mean(axis=0) * 1e3, after.mean(axis=0) * 1e3
     cells = [words, str(len(ones))]
-    for part in (0, 1):
-        cells.append(f"{means[0][part]:.2f} → {means[1][part]:.2f}")
-        cells.append(f"{100 * (1 - means[1][part] / means[0][part]):.0f} %")
+    for one, other in zip(before.T[:2], after.T[:2], strict=True):
+        left, error = left_over(one, other)
+        cells.append(f"{1e3 * one.mean():.2f} → {1e3 * other.mean():.2f}")
+        cells.append(f"{100 * (1 - left):.0f} ± {100 * error:.0f} %")
+    cells.append(f"{1e3 * before[:, 2].mean():.1f} → {1e3 * after[:, 2].mean():.1f}")
     cells.append(f"{(after[:, 0] < before[:, 0]).sum()} of {len(ones)}")
     cells.append(f"{1e3 * max(one.miss for one in ones):.2f}")
     cells.append(str(sum(one.pull < 1 for one in ones)))

@@ -90,6 +90,22 @@ def seen(points: Floats, side: Side, camera: Camera, facing: Facing = "right") -
     return np.column_stack([camera.distance * across, camera.height + camera.distance * up])
 
 
+def seen_slopes(
+    points: Floats, side: Side, camera: Camera, facing: Facing
+) -> tuple[Floats, Floats]:
+    """Derivatives of what `seen` gives of points by the points themselves, (n, 3) in metres.
+
+    Returns
+    -------
+    across, up : ndarrays of shape (n, 3).
+    """
+    right, towards = axes(side, facing)
+    depth = (camera.distance - points @ towards)[:, None]
+    across = right + (points @ right)[:, None] / depth * towards
+    up = [0, 1, 0] + (points[:, 1] - camera.height)[:, None] / depth * towards
+    return camera.distance / depth * across, camera.distance / depth * up
+
+
 def project(
     vertices: Floats,
     side: Side,

@@ -142,6 +142,7 @@ class Edges:
     heights, ends, positions : ndarrays of shape (n,): where above the floor, whether at the left
         (0) or the right (1), and how far to the right of the body's axis the figure ends.
     leg_heights, leg_breadths : ndarrays of shape (m,): how broad a leg is from the front.
+    hands : see `Sheet.hands`; none in profile.
     """
 
     side: Side
@@ -152,6 +153,7 @@ class Edges:
     positions: Floats
     leg_heights: Floats
     leg_breadths: Floats
+    hands: Mapping[str, Floats]
 
 
 def photo_edges(mask: Mask, body: Body, side: Side, camera: Camera, facing: Facing) -> Edges:
@@ -261,6 +263,7 @@ def _edges(sheet: Sheet) -> Edges:
         positions=np.array([position for _, _, position in found]),
         leg_heights=sheet.heights([row for row, _ in pairs]),
         leg_breadths=np.array([breadth for _, breadth in pairs]),
+        hands=sheet.hands(arms, hidden) if sheet.side == "front" else {},
     )
 
 

@@ -6,12 +6,13 @@ linear observations; Gauss-Newton, as an outline bends when the body does); amon
 fit finds the one that measures what was asked. Entered values hold as before, and outlines have a
 say in what those leave open.
 
-Clothes, stance and arms are no body. How far close cloth stands off is left open, level by level:
+Clothes and stance are no body. How far close cloth stands off is left open, level by level:
 it only ever adds to an outline, and by the same in every photo, so that most of what the entered
 values and what bodies look like do not explain is taken for it. Where cloth hangs loose, as the
 person says or as so much of it is found, an outline only says where the body ends at most. Where
-the person stands, leans and sways is left open too; what an arm may hide is left out; and an edge
-that is far from where any likely body has it counts for little.
+the person stands, leans and sways is left open too, and so is how arms are turned: of them it
+counts how far they reach, which bent elbows and fingers only ever shorten. What an arm may hide is
+left out, and an edge that is far from where any likely body has it counts for little.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,13 +24,13 @@ from scipy.linalg import block_diag, qr, solve_triangular
 from scipy.optimize import nnls
 
 from model.anthropometry import TAPES
-from model.cameras import Camera, Facing, Side, seen
+from model.cameras import Camera, Facing, Side, seen, seen_slopes
 from model.comparison import Edges, photo_edges
 from model.estimators import Estimator
 from model.geometry import Booleans, Floats
 from model.masks import Mask
 from model.measurements import MEASUREMENTS, MeasurementSet
-from model.silhouette import LEG, UPRIGHT, contour, contour_gradients
+from model.silhouette import ARMS, LEG, UPRIGHT, contour, contour_gradients
 from model.tape_fit import TOLERANCES, Likely, TapeFit, fit_to_tape, furthest
 from model.tape_pieces import TapePieces
 
@@ -65,6 +66,12 @@ TAPED = 0.05
 PLACE, LEAN, SWAY = 0.05, 0.03, 0.01
 """Metres: how far the figure may be off to one side as a whole, at head and feet by leaning and
 at its middle by swaying, as deviations, for each photo anew."""
+
+BENT, FORWARDS = 0.04, 0.01
+"""Metres: by how much arms reach less far than they might, on average, as elbows and fingers are
+bent, an exponential law; and how far either way that is off, as a deviation, as arms are held
+forwards or backwards. Of 0.02 and 0.04 the latter brought 24 held-out bodies nearer that
+docs/comparison.md does not have."""
 
 OUTLIER = 3.0
 """An edge that is off by this many times the noise counts half (Cauchy's weights)."""
@@ -128,15 +135,17 @@ class _Observed:
     rest : ndarray of shape (n,), metres: how far the photo's are outside or to the right.
     shares : ndarray of shape (n,), how high they are, of the stature.
     outwards : ndarray of shape (n,), by cloth that stands off by a metre: of a breadth 2, of the
-        figure's right end 1, of its left end -1.
+        figure's right end 1, of its left end -1, of a hand's reach 0.
     slopes : ndarray of shape (n, K), by the body's coefficients.
-    free : ndarray of shape (n, F), by what is neither, each of unit deviation.
+    bent : ndarray of shape (n, B), by what only ever shortens, of exponential laws of mean 1.
+    free : ndarray of shape (n, F), by what is none of these, each of unit deviation.
     """
 
     rest: Floats
     shares: Floats
     outwards: Floats
     slopes: Floats
+    bent: Floats
     free: Floats
 
 
@@ -228,11 +237,14 @@ def _observe(estimator: Estimator, fit: TapeFit, photo: Photo) -> _Observed:
         shares=shares,
         outwards=np.where(edges.ends == 1, 1.0, -1.0),
         slopes=slopes,
+        bent=np.zeros((len(along), 0)),
         free=np.column_stack(
             [np.full(len(along), PLACE), LEAN * along, SWAY * (1 - along**2)],
         ),
     )
-    return _with_legs(estimator, fit, edges, flat, observed) if edges.side == "front" else observed
+    if edges.side == "front":
+        observed = _with_legs(estimator, fit, edges, flat, observed)
+    return _with_hands(estimator, fit, edges, flat, observed) if edges.hands else observed
 
 
 def _with_legs(
@@ -249,7 +261,39 @@ def _with_legs(
         np.concatenate([observed.shares, edges.leg_heights / flat[:, 1].max()]),
         np.concatenate([observed.outwards, np.full(count, 2.0)]),
         np.concatenate([observed.slopes, slopes[count:] - slopes[:count]]),
+        np.concatenate([observed.bent, np.zeros((count, observed.bent.shape[1]))]),
         np.concatenate([observed.free, free]),
+    )
+
+
+def _with_hands(
+    estimator: Estimator, fit: TapeFit, edges: Edges, flat: Floats, observed: _Observed
+) -> _Observed:
+    """How far arms reach from the shoulder too: how they are turned there, is left open."""
+    template, vertices = fit.body.template, fit.body.vertices
+    rest, gradients = [], []
+    for side, end in edges.hands.items():
+        own = np.unique(template.faces[template.faces_of(*(f"{arm}_{side}" for arm in ARMS))])
+        near, weights = template.landmark_weights(f"acromion_{side}")
+        shoulder = weights @ flat[near]
+        tip = own[np.linalg.norm(flat[own] - shoulder, axis=1).argmax()]
+        reaches = np.stack([flat[tip], end]) - shoulder
+        lengths = np.linalg.norm(reaches, axis=1)
+        along, photos = reaches / lengths[:, None]
+        rest.append(lengths[1] - lengths[0])
+        across, up = seen_slopes(vertices[[tip, *near]], edges.side, edges.camera, edges.facing)
+        ways = np.stack([along, *[photos - along] * len(near)])
+        by_vertex = ways[:, :1] * across + ways[:, 1:] * up
+        gradients.append((np.array([tip, *near]), np.array([1, *weights])[:, None] * by_vertex))
+    count = len(rest)
+    heights = [end[1] / flat[:, 1].max() for end in edges.hands.values()]
+    return _Observed(
+        np.concatenate([observed.rest, rest]),
+        np.concatenate([observed.shares, heights]),
+        np.concatenate([observed.outwards, np.zeros(count)]),
+        np.concatenate([observed.slopes, estimator.basis.by_coefficients(gradients)]),
+        block_diag(observed.bent, -BENT * np.eye(count)),
+        block_diag(observed.free, FORWARDS * np.eye(count)),
     )
 
 
@@ -293,11 +337,12 @@ def _given(
     parts = [
         slopes @ estimator.spread,
         CLOTH * np.where(bounds, 0, outwards)[:, None] * by_levels,
+        bent := block_diag(*(photo.bent for photo in photos)),
         block_diag(*(photo.free for photo in photos)),
     ]
     every = np.concatenate(parts, axis=1) / noise
     size = len(at)
-    cloth = slice(size, size + len(CLOTH_LEVELS))
+    cloth = slice(size, size + len(CLOTH_LEVELS) + bent.shape[1])
     w = np.linalg.solve(estimator.spread, at - centre)
     goal = rest / noise + every[:, :size] @ w
     known = tapes @ estimator.spread
@@ -316,7 +361,8 @@ def _given(
         taped_pull[:size] += known.T @ (known @ w)
         found, kept = _without_less_than_nothing(taped, taped_pull, cloth)
         off = goal - every @ found
-        outside = bounds & (off * outwards > 0)
+        # A loose sleeve may hide a hand: there it has no say at all.
+        outside = bounds & (off * outwards >= 0)
         weights = np.where(outside, 0, 1 / (1 + (off / OUTLIER) ** 2))
     # The tape fit sees to what was asked: of that, this spread knows nothing.
     half = np.linalg.cholesky(np.linalg.inv(precision[np.ix_(kept, kept)])[:size, :size])
@@ -324,9 +370,10 @@ def _given(
     root = np.asarray(qr((estimator.spread @ half).T, mode="r")[0][:size].T, dtype=np.float64)
     triangle = root * np.where(np.diag(root) < 0, -1.0, 1.0)
     mean = centre + estimator.spread @ found[:size]
-    cloths = found[cloth] * CLOTH
+    cloths = found[size : size + len(CLOTH_LEVELS)] * CLOTH
     if loose.any():
-        hangs = noise * np.where(outside, off / outwards, 0)[bounds]
+        bounds &= outwards != 0
+        hangs = noise * np.where(outside[bounds], off[bounds] / outwards[bounds], 0)
         share_of = by_levels[np.ix_(bounds, loose)]
         cloths[loose] = hangs @ share_of / np.maximum(share_of.sum(axis=0), 1e-9)
     return Likely(mean, triangle), cloths, weights

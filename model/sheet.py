@@ -244,6 +244,32 @@ class Sheet:
         grown = (ends[near] - ends[below]) * (1 if side == 0 else -1)
         return bool(grown < 0.012 * ROWS)
 
+    def hands(self, arms: Booleans, hidden: Booleans) -> dict[str, Floats]:
+        """How far the photo's arms reach from the front, of those whose hand ends freely.
+
+        Parameters
+        ----------
+        arms, hidden : as `arms` gives them.
+
+        Returns
+        -------
+        By left and right, ndarray of shape (2,): the point furthest from the body's shoulder, to
+        the picture's right of the axis and above the floor, in metres.
+        """
+        found = {}
+        columns = np.arange(self.size[0]) + 0.5
+        for name in ("left", "right"):
+            joint = self.place_of(f"acromion_{name}")
+            outwards = np.sign(joint[0] - self.origin[0])
+            beyond = outwards * (columns - joint[0]) > 0
+            points = np.argwhere(arms & self.photo & beyond)[:, ::-1] + 0.5
+            if not len(points):
+                continue
+            end = points[np.linalg.norm(points - joint, axis=1).argmax()]
+            if not hidden[int(outwards > 0), int(end[1]) : self.row(HANDS_END)].any():
+                found[name] = (end - self.origin) * self.step * [1, -1]
+        return found
+
     def place_of(self, name: str) -> Floats:
         """Where on the sheet a landmark is: column and row, ndarray of shape (2,)."""
         point = self.body.template.landmark_points(self.body.vertices, name)

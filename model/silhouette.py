@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from model.cameras import USUAL_CAMERA, Camera, Facing, Side, axes, seen
+from model.cameras import USUAL_CAMERA, Camera, Facing, Side, seen, seen_slopes
 from model.geometry import Booleans, Floats, Integers, edges_of
 from model.masks import Mask
 from model.template_mesh import Body, Gradient, TemplateMesh
@@ -167,18 +167,14 @@ def contour_gradients(
     As the body moves another of its points may come to lie in the row: to first order that is
     the outline's slope times how much higher the point has come.
     """
-    right, towards = axes(side, facing)
     gradients = []
     for end in (0, 1):
         for edge, share, slope in zip(
             found.edges[:, end], found.shares[:, end], found.slopes[:, end], strict=True
         ):
-            points = vertices[edge]
-            depth = (camera.distance - points @ towards)[:, None]
-            across = right + (points @ right)[:, None] / depth * towards
-            up = [0, 1, 0] + (points[:, 1] - camera.height)[:, None] / depth * towards
+            across, up = seen_slopes(vertices[edge], side, camera, facing)
             weights = np.array([1 - share, share])[:, None]
-            gradients.append((edge, camera.distance / depth * weights * (across - slope * up)))
+            gradients.append((edge, weights * (across - slope * up)))
     return gradients
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.outlines import CLOTHED, SKIRT, TROUSERS, roughened
+from bench.outlines import CLOTHED, SKIRT, TROUSERS, roughened, with_fingers
 from model import refinement
 from model.anthropometry import measure, measure_batch
 from model.cameras import Camera
@@ -144,6 +144,42 @@ def test_no_cloth_is_below_zero_and_none_is_held_there_that_would_grow():
         assert kept[10:].all()
         held += int((~kept).sum())
     assert held > 20
+
+
+def reach(body):
+    """How far a body's left arm reaches from the shoulder, metres."""
+    template = body.template
+    own = np.unique(template.faces[template.faces_of("hand_left")])
+    shoulder = template.landmark_points(body.vertices, "acromion_left")
+    return np.linalg.norm(body.vertices[own] - shoulder, axis=1).max()
+
+
+def test_arms_follow_a_photo_that_shows_longer_ones_and_shorter_ones_less():
+    """Fingers and elbows bend: a hand that is not seen so far may yet reach there."""
+    _, estimator, asked, _ = person_of(3)
+    own = fit_to_tape(estimator, asked).body
+    reaches = {}
+    for share in (-0.15, 0.0, 0.15):
+        seen = silhouette(with_fingers(own, share, share), "front", camera=CAMERA)
+        refined = refine(estimator, asked, [Photo(seen, "front", CAMERA, "right")], "tight")
+        reaches[share] = reach(refined.fit.body)
+    tip = reach(with_fingers(own, -0.15, 0)) - reach(own)
+    assert 0.3 * tip < reaches[-0.15] - reaches[0.0] < tip
+    assert 0 < reaches[0.0] - reaches[0.15] < reaches[-0.15] - reaches[0.0]
+    assert reaches[0.0] == pytest.approx(reach(own), abs=0.003)
+
+
+def test_sleeves_that_hang_loose_hide_how_far_arms_reach():
+    _, estimator, asked, _ = person_of(3)
+    own = fit_to_tape(estimator, asked).body
+    bodies = [
+        refine(estimator, asked, [Photo(seen, "front", CAMERA, "right")], "loose").fit.body
+        for seen in (
+            silhouette(with_fingers(own, share, share), "front", camera=CAMERA)
+            for share in (0.0, -0.15)
+        )
+    ]
+    assert reach(bodies[1]) == pytest.approx(reach(bodies[0]), abs=0.002)
 
 
 def test_the_bodys_own_outline_changes_next_to_nothing():

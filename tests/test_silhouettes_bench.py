@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench import silhouettes
+from bench import refining, silhouettes
 from bench.__main__ import main
 from bench.outlines import roughened, with_arms
 from model.masks import Mask
@@ -64,3 +64,12 @@ def test_the_trial_prints_its_tables(capsys, tmp_path, monkeypatch):
 def test_more_bodies_than_there_are_are_refused():
     with pytest.raises(ValueError, match="100000 bodies are not from 1 to"):
         silhouettes.chosen(100_000, 0)
+
+
+def test_what_is_left_over_is_as_sure_as_its_bodies_agree():
+    random = np.random.default_rng(5)
+    before = random.uniform(5, 15, (4000, 100))
+    after = before * random.normal(0.7, 0.2, before.shape)
+    told = np.array([refining.left_over(*pair) for pair in zip(before, after, strict=True)])
+    assert told[:, 0].mean() == pytest.approx(0.7, abs=0.002)
+    assert told[:, 1].mean() == pytest.approx(told[:, 0].std(), rel=0.05)
