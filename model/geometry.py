@@ -17,6 +17,10 @@ Booleans = NDArray[np.bool_]
 COINCIDENT = 1e-10
 """Points of a section nearer than this, in the vertices' unit, are one point."""
 
+STRAIGHT = 1e-14
+"""Three points of a section that span no larger a parallelogram, in the square of that unit, lie on
+a line."""
+
 
 def edges_of(faces: NDArray[Any]) -> Integers:
     """The edges of triangles, each once.
@@ -186,7 +190,8 @@ def hulls(cut: Sections, normals: Floats) -> Hulls:
     Found for all rows at once: the points of a section are sorted by their direction from
     their mean, which lies within the hull, and corners that turn inwards are dropped until
     none does. A corner dropped lies in the triangle of the mean and its two neighbours, so
-    that no corner of the hull is ever lost.
+    that no corner of the hull is ever lost. Points in one direction from the mean, as in the
+    middle of a symmetric body, come in any order: of those only the furthest can be a corner.
 
     Parameters
     ----------
@@ -210,7 +215,7 @@ def hulls(cut: Sections, normals: Floats) -> Hulls:
     corners = np.arange(len(rows))
     kept = np.ones(len(rows), dtype=bool)
     while len(corners):
-        outward = _turns(x[corners], y[corners], rows[corners]) > 0
+        outward = _outward(x[corners], y[corners], rows[corners])
         inward = corners[~outward]
         kept[inward] = False
         unfinished = np.zeros(count, dtype=bool)
@@ -236,14 +241,20 @@ def _turn(x: Floats, y: Floats) -> Floats:
     return np.where(y < 0, 3 + cosine, 1 - cosine) / 4.000001
 
 
-def _turns(x: Floats, y: Floats, rows: Integers) -> Floats:
-    """Each corner's turn, for sorted rows: positive where it is convex."""
+def _outward(x: Floats, y: Floats, rows: Integers) -> Booleans:
+    """Whether each corner, for sorted rows, is convex, or the tip where a line turns back."""
     first, last = _ends(rows)
     along, across = _steps(x, first, last), _steps(y, first, last)
     turns = np.empty(len(rows))
     turns[1:] = along[:-1] * across[1:] - across[:-1] * along[1:]
     turns[first] = along[last] * across[first] - across[last] * along[first]
-    return turns
+    outward: Booleans = turns > STRAIGHT
+    if (straight := np.abs(turns) <= STRAIGHT).any():
+        further = _steps(x * x + y * y, first, last) > 0
+        before = np.empty_like(further)
+        before[1:], before[first] = further[:-1], further[last]
+        outward |= straight & before & ~further
+    return outward
 
 
 def _steps(points: Floats, first: Integers, last: Integers) -> Floats:

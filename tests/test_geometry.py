@@ -1,3 +1,5 @@
+from itertools import product
+
 import numpy as np
 import pytest
 import trimesh
@@ -72,6 +74,26 @@ def test_hollows_are_bridged() -> None:
     both = trimesh.util.concatenate([left, right])
     one = hulls_of(left, (0, 1, 0), (0, 1, 0)).perimeters[0]
     assert hulls_of(both, (0, 1, 0), (0, 1, 0)).perimeters[0] == pytest.approx(one + 4, abs=1e-9)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, np.pi / 2, np.pi])
+def test_points_in_one_direction_from_the_mean_come_in_any_order(angle) -> None:
+    """As in the middle of a symmetric body: which of them comes first is a matter of rounding."""
+    around = 2 * np.pi * np.arange(12) / 12 + angle
+    ring = np.stack([np.cos(around), np.zeros(12), np.sin(around)], axis=1)
+    inner = np.array([0.5, 0.6, 0.75])[:, None] * ring[0]
+    aside = np.array([-np.sin(angle), 0.0, np.cos(angle)])
+    for signs in product((-1e-17, 0.0, 1e-17), repeat=4):
+        points = np.concatenate([ring, inner, -inner]) + 0.0
+        points[[0, 12, 13, 14]] += np.array(signs)[:, None] * aside
+        cut = geometry.Sections(
+            points=points,
+            rows=np.zeros(len(points), dtype=np.int64),
+            edges=np.arange(len(points)),
+            fractions=np.zeros(len(points)),
+        )
+        tied = geometry.hulls(cut, np.array([[0.0, 1.0, 0.0]]))
+        assert tied.perimeters[0] == pytest.approx(24 * np.sin(np.pi / 12), abs=1e-12), signs
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -78,10 +78,10 @@ def write_stance_report(seed: int, docs: Path = Path("docs")) -> None:
         for words, bodies in ((AS_HELD, standing), (TRUNK_FREE, np.array(leaning))):
             values = dict(zip(TAKEN, measure_batch(template, bodies).T, strict=True))
             apart = [
-                fit_all(estimators[sex], values, entered, bodies).vertices.mean()
+                fit_all(estimators[sex], values, entered, bodies).vertices * 1e3
                 for entered in (telling, EIGHT, TAKEN)
             ]
-            cells = [f"{one * 1e3:.1f}" for one in apart]
+            cells = [f"{one.mean():.1f} ± {one.std() / len(one) ** 0.5:.1f}" for one in apart]
             rows.append([f"{sex}, {words}", f"{len(bodies)}", *cells])
     text = "\n\n".join(
         [
@@ -91,7 +91,8 @@ def write_stance_report(seed: int, docs: Path = Path("docs")) -> None:
             f"population's rules; estimators of {population.date}, seed {population.seed}. "
             "Nobody chose anything by these people.",
             "## How far estimates are off",
-            "Mean distance of vertices in mm, each body moved nowhere. *Telling*: the eight "
+            "Mean distance of vertices in mm, with the standard error of that mean for so many bodies; "
+            "nothing is moved to where it fits best. *Telling*: the eight "
             "measurements that tell most of the surface, stature among them. *Shopper's*: the "
             "seven of a form and the thigh. The second rows show what one stance for all takes "
             "away: nothing that is entered tells how somebody leans.",
