@@ -102,10 +102,11 @@ def test_clothes_are_not_taken_for_body(row, cloth, worn, said):
         for one in bodies[1:]
     ]
     assert apart[1] < 1.03 * apart[0]
-    # Where clothes are worn they are found, by their size; elsewhere, hardly any.
+    # Where clothes are worn they are found, by their size and what the expected body was off by,
+    # which they are not told from; elsewhere, hardly any.
     within = (worn[0] + 0.03 < CLOTH_LEVELS) & (worn[1] - 0.03 > CLOTH_LEVELS)
     without = (worn[0] - 0.06 > CLOTH_LEVELS) | (worn[1] + 0.06 < CLOTH_LEVELS)
-    assert refined.cloth[within].mean() == pytest.approx(cloth, rel=0.4)
+    assert refined.cloth[within].mean() == pytest.approx(cloth, rel=0.4, abs=0.012)
     assert refined.cloth.min() >= 0
     assert (refined.cloth[without] < 0.015).all()
     assert refined.cloth_at(CLOTH_LEVELS[4]) == refined.cloth[4]
