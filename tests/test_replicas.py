@@ -14,7 +14,7 @@ import pytest
 
 from bench.load import WOMAN
 from bench.serving import Server, Shopper, ask, free_port, nginx, nginx_program
-from faults import TYPED, asked, entered
+from fault_ways import TYPED, asked, entered
 
 SLOTS = 12
 """Requests that a process lets reckon or wait: WORK_AT_ONCE and WORK_WAITING, of 16 threads."""
