@@ -150,7 +150,6 @@ def vertices_welded(mesh: Damaged, rng) -> Damaged:
 
 
 @cache
-@cache
 def foot_contacts():
     """Pairs of facing triangles (3,), (3,) between the toes of the left foot."""
     template = load_template_mesh()

@@ -20,7 +20,7 @@ def test_who_comes_when_all_places_are_taken_is_told_when_to_come_again(make_sit
     gate = site.extensions["gate"]
     turned_away = REGISTRY.get_sample_value("fitting_room_turned_away_total")
     gate.enter()
-    asked = [("GET", "/avatar"), ("GET", "/avatar/sheet"), ("GET", "/avatar.csv")]
+    asked = [("GET", path) for path in ("/avatar", "/avatar/sheet", "/avatar.csv")]
     asked += [("POST", "/api/v1/avatars")]
     for method, path in asked:
         answer = client.open(path, method=method, json=WOMAN if method == "POST" else None)

@@ -15,7 +15,7 @@ from model.gltf import mirrored_order, to_glb
 from model.measurements import BODY_KINDS, MeasurementSet
 from model.morph_targets import morph_targets
 from model.rig import arm_angles, arms_at, load_rig, posed, rig_of, strongest
-from model.template_mesh import Body, TemplateMesh, load_template_mesh
+from model.template_mesh import TemplateMesh, load_template_mesh
 
 VRM = {
     "hips": "",
@@ -262,8 +262,4 @@ def test_a_rig_and_morph_targets_together_are_refused(rig):
     asked = MeasurementSet({"stature": 1.7})
     body = estimator.estimate(asked)
     with pytest.raises(ValueError, match="not both"):
-        to_glb(
-            Body(body.template, body.vertices, "neutral"),
-            rig=rig,
-            morphs=morph_targets(estimator, body, asked),
-        )
+        to_glb(body, rig=rig, morphs=morph_targets(estimator, body, asked))

@@ -37,7 +37,8 @@ LARGEST_INDEX = 40
 """Of body mass, in kg/m²: what the survey's people have."""
 
 
-def people():
+@pytest.fixture(scope="module")
+def bodies():
     """Bodies of the population, women first, as far from symmetric as people are: (n, V, 3)."""
     population, basis, template = load_population(), load_shape_basis(), load_template_mesh()
     random = np.random.default_rng(5)
@@ -51,11 +52,6 @@ def people():
     sway = random.normal(0.003, 0.006, (len(bodies), 1))
     bodies[..., 0] += sway * np.sin(np.pi * bodies[..., 1] / template.vertices[:, 1].max())
     return bodies
-
-
-@pytest.fixture(scope="module")
-def bodies():
-    return people()
 
 
 @pytest.fixture(scope="module")
