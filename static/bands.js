@@ -95,7 +95,7 @@ export function smoothed(directions, rounds = 4) {
   return result;
 }
 
-export function direction(vector) {
+function direction(vector) {
   const length = Math.hypot(...vector);
   return length > 0 ? vector.map((value) => value / length) : [0, 1, 0];
 }
@@ -104,6 +104,6 @@ function subtract(a, b) {
   return a.map((value, k) => value - b[k]);
 }
 
-export function cross(a, b) {
+function cross(a, b) {
   return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 }

@@ -90,7 +90,7 @@
   const place = () => {
     if (document.querySelector("fitting-room")) return;
     const element = document.createElement("fitting-room");
-    element.append(...(script.dataset.link ? [script.dataset.link] : []));
+    if (script.dataset.link) element.append(script.dataset.link);
     script.after(element);
   };
   if (document.readyState === "loading") document.addEventListener("DOMContentLoaded", place);

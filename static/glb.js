@@ -104,13 +104,13 @@ function accessor(document, binary, number) {
   const whole = type === "SCALAR" && !normalized && componentType !== 5126;
   const result = new (whole ? ARRAYS[componentType] : Float32Array)(count * size);
   if (bufferView !== undefined) {
-    const stored = read(document, binary, { bufferView, byteOffset, componentType, count, size });
+    const stored = elements(document, binary, { bufferView, byteOffset, componentType, count, size });
     result.set(stored);
   }
   if (sparse) {
     const [at, values] = [
-      read(document, binary, { ...sparse.indices, count: sparse.count, size: 1 }),
-      read(document, binary, { componentType, ...sparse.values, count: sparse.count, size }),
+      elements(document, binary, { ...sparse.indices, count: sparse.count, size: 1 }),
+      elements(document, binary, { componentType, ...sparse.values, count: sparse.count, size }),
     ];
     at.forEach((place, i) => {
       for (let axis = 0; axis < size; axis += 1) {
@@ -126,7 +126,7 @@ function accessor(document, binary, number) {
 }
 
 /** Numbers as they are stored, one element after the other. */
-function read(document, binary, { bufferView, byteOffset = 0, componentType, count, size }) {
+function elements(document, binary, { bufferView, byteOffset = 0, componentType, count, size }) {
   const Numbers = ARRAYS[componentType];
   const view = document.bufferViews[bufferView];
   const start = binary.start + (view.byteOffset ?? 0) + byteOffset;

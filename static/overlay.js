@@ -82,7 +82,6 @@ export class Overlay {
   /** Show a ruler, or none. */
   measure(ruler) {
     this.#ruler = ruler;
-    this.#layer.classList.toggle("with-ruler", Boolean(ruler));
     this.#settle();
   }
 

@@ -27,11 +27,6 @@ export class Sender {
     this.#wait = wait;
   }
 
-  /** Whether anything typed is still to be sent or answered. */
-  get pending() {
-    return this.#busy || Object.keys(this.#gathered).length > 0;
-  }
-
   /** Something was typed for a measurement. */
   change(name, text) {
     this.#gathered[name] = text;

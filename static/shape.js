@@ -19,6 +19,7 @@ export class Shape {
   #changes = [];
   #left = null; // positions less the served ones, when it came
   #share = 0; // how much of that is still shown
+  #bent = null; // the normals that the faces give it as it is bent, from when it first is
 
   /** @param {ReturnType<import("./glb.js").readGlb>} body with or without targets */
   constructor(body) {
@@ -27,11 +28,6 @@ export class Shape {
     this.normals = Float32Array.from(body.normals);
     this.#take(body);
     this.learn(body.targets);
-  }
-
-  /** The names of the values that bend it, in their order. */
-  get names() {
-    return this.#targets.map(({ name }) => name);
   }
 
   /** Whether it stands on its way between two bodies of the server. */
@@ -103,7 +99,8 @@ export class Shape {
     stand(positions);
     // The served normals are smoothed under the cloth: what bends is added to them.
     const raw = this.#rawNormals();
-    const bent = vertexNormals(positions, this.#faces, this.#scratch());
+    this.#bent ??= new Float32Array(positions.length);
+    const bent = vertexNormals(positions, this.#faces, this.#bent);
     for (let i = 0; i < normals.length; i += 1) normals[i] += bent[i] - raw[i];
     unit(normals);
   }
@@ -116,12 +113,6 @@ export class Shape {
       this.#faces,
       new Float32Array(positions.length),
     ));
-  }
-
-  #spare = null;
-
-  #scratch() {
-    return (this.#spare ??= new Float32Array(this.normals.length));
   }
 }
 
