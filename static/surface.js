@@ -1,4 +1,4 @@
-/** Arithmetic on a surface's points: normals, and which point lies nearest. Metres. */
+/** Arithmetic on a surface's points: normals, the nearest, the highest, the feet. Metres. */
 
 /**
  * Smooth normals, not yet of length 1. A face weighs at a corner by the sine of its angle over the

@@ -87,7 +87,7 @@ class Viewer {
    * Show the body of a GLB file; one shown before goes over into it. A later call wins over an
    * earlier one still under way.
    *
-   * @param {string} url
+   * @param {string|Request} url
    * @param {() => Record<string, number>} changes what the entered values differ by from that
    *     body's when it comes, SI
    * @returns {Promise<boolean>} false where a later call won

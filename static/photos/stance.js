@@ -161,7 +161,7 @@ class Pose {
     };
   }
 
-  /** The lower arm's angle away from the body, measured from straight down. */
+  /** What is wrong with the arms: their angles from shoulder to wrist, away from straight down. */
   frontArms() {
     const centre = this.middle(SHOULDERS).x;
     const angles = [0, 1].map((side) => {
@@ -197,6 +197,7 @@ class Pose {
     return Math.min(180, ...angles);
   }
 
+  /** What is wrong with how far the feet stand apart. */
   feet() {
     const apart = ([left, right]) => Math.abs(this.points[left].x - this.points[right].x);
     const ratio = apart(ANKLES) / Math.max(1, apart(HIPS));
