@@ -49,7 +49,7 @@ FRONT_END := static/build/.built
 
 PYTHON_CODE := model webapp bench tests scripts
 SCRIPTS := $(shell find static -path static/build -prune -o -name '*.js' -print 2>/dev/null) \
-	$(wildcard *.mjs scripts/*.mjs)
+	$(wildcard scripts/*.mjs)
 
 export PLAYWRIGHT_SKIP_BROWSER_DOWNLOAD := 1
 export NPM_CONFIG_UPDATE_NOTIFIER := false
@@ -87,7 +87,7 @@ test: $(VENV)/bin/python
 	@echo "Testing in the browser"
 	@PATH="$(CURDIR)/$(BIN):$$PATH" npm run --silent test:browser
 
-lint: $(DEV) $(NODE_MODULES)
+lint: $(DEV)
 	@$(SIDE_BY_SIDE) types rules
 
 .PHONY: types rules others
@@ -100,7 +100,6 @@ rules:
 	@$(BIN)/ruff check --quiet
 	@$(BIN)/ruff format --quiet --check || { echo "run: make format"; exit 1; }
 	@$(BIN)/lint-imports --no-logo
-	@npm run --silent --if-present lint
 
 others: rules
 	@echo "Testing the front end"
