@@ -1,9 +1,9 @@
 """The command line: ``python -m bench`` prints our timings beside the peer's, and drives the real
 server for half a minute.
 
-``python -m bench silhouettes`` prints how well outlines tell bodies apart, and how they help.
 ``python -m bench load`` drives it for a quarter of an hour instead, see `load`.
 ``python -m bench stages`` tells where the time of a request goes, see `stages`.
+``python -m bench silhouettes`` prints how well outlines tell bodies apart, and how they help.
 """
 
 import argparse

@@ -140,11 +140,16 @@ def time_population(bodies: int, processes: Sequence[int]) -> list[Run]:
 
 
 def measure_rows(rows: NDArray[np.int64]) -> tuple[float, float]:
-    """Measures some bodies of the population.
+    """Measures some bodies of the population, by their rows: ndarray of shape (n,).
 
     Returns
     -------
-    reckoned, making : as in `Run`.
+    reckoned, making : seconds, as in `Run`.
+
+    Raises
+    ------
+    ValueError
+        Where a measurement is not finite.
     """
     begin = time.process_time()
     template, population = load_template_mesh(), load_population()

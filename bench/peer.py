@@ -69,7 +69,15 @@ class PeerGirth:
         return Planes(start + fractions[:, None] * axis, normal / np.linalg.norm(normal))
 
     def take(self, vertices: Floats, planes: Planes, only: int | None = None) -> tuple[float, int]:
-        """The girth and the number of the plane that counts; of one plane alone if it is told."""
+        """The girth, in metres, and the number of the plane that counts; of one alone if told.
+
+        vertices : ndarray of shape (V, 3), metres: of a body on the template.
+
+        Raises
+        ------
+        ValueError
+            Where a plane misses the part.
+        """
         mesh = trimesh.Trimesh(vertices[self.vertices], self.faces, process=False)
         tried = range(len(planes.origins)) if only is None else [only]
         girths = [self._girth(mesh, planes, planes.origins[number]) for number in tried]

@@ -26,6 +26,7 @@ PATIENCE = 120.0
 """Seconds until a server must have started, on a machine that does other things besides."""
 
 SITE = "webapp:create_app()"
+FORM = "application/x-www-form-urlencoded"
 
 
 def free_port() -> int:
@@ -151,7 +152,7 @@ class Server:
                 os.kill(other, signal.SIGCONT)
 
     def memory(self) -> list[Memory]:
-        """What each of them holds."""
+        """What each process that answers holds."""
         return [memory_of(worker) for worker in self.workers()]
 
     def signal(self, number: signal.Signals) -> None:
@@ -283,8 +284,6 @@ class Shopper:
 
 
 # ---- two servers behind nginx -------------------------------------------------------------------
-
-FORM = "application/x-www-form-urlencoded"
 
 ANSWERED_BY = "X-Answered-By"
 """The header in which `nginx` tells which server answered."""

@@ -31,7 +31,7 @@ class Timings:
         return float(np.median(self.reckoned[name]))
 
     def spread(self, name: str) -> tuple[float, float]:
-        """The quartiles."""
+        """The quartiles, in seconds on the clock."""
         low, high = np.quantile(self.seconds[name], [0.25, 0.75])
         return float(low), float(high)
 
@@ -43,7 +43,7 @@ class Timings:
 def take_turns(ways: Mapping[str, Callable[[], object]], rounds: int, warm_up: int) -> Timings:
     """Times every way once in each round, so that all meet the same weather; each on one thread.
 
-    Each is gone once more right before it is timed: the caches then hold its own data, as on a
+    Each way is gone once more right before it is timed: the caches then hold its own data, as on a
     server that does nothing else, and not those of the way before it.
 
     Raises
