@@ -120,9 +120,9 @@ function description({ name, mean, deviation }, outputs) {
   const image = builder.endObject();
   const content = union(IMAGE_PROPERTIES, image, 3);
   const [means, deviations] = [numbers(mean), numbers(deviation)];
-  const normalization = table(builder, 2, [[0, means], [1, deviations]]); // prettier-ignore
+  const normalization = table(builder, 2, [[0, means], [1, deviations]]);
   const unit = union(NORMALIZATION_OPTIONS, normalization, 2);
-  const input = tensor("image", [[3, content], [4, offsets(builder, [unit])]]); // prettier-ignore
+  const input = tensor("image", [[3, content], [4, offsets(builder, [unit])]]);
   const results = Array.from({ length: outputs }, (_, i) => tensor(`output_${i}`));
   const subgraph = table(builder, 8, [
     [2, offsets(builder, [input])],

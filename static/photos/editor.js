@@ -59,7 +59,7 @@ export function createEditor(element, changed) {
     context.beginPath();
     context.arc(pen.x, pen.y, radius(), 0, 2 * Math.PI);
     const thin = Math.max(1, width / 400);
-    for (const [colour, line] of [["#101618", 3 * thin], ["#ffffff", thin]]) { // prettier-ignore
+    for (const [colour, line] of [["#101618", 3 * thin], ["#ffffff", thin]]) {
       context.strokeStyle = colour;
       context.lineWidth = line;
       context.stroke();

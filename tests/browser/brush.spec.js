@@ -1,7 +1,7 @@
 /** The brush: an outline is mended by hand, and made by hand alone where nothing finds the person. */
 
 import { composed } from "./photos.js";
-import { SLOWLY, boxes, brushAlone, card, choose, compare, found, open, status, test, uncovered } from "./photos_page.js"; // prettier-ignore
+import { SLOWLY, boxes, brushAlone, card, choose, compare, found, open, status, test, uncovered } from "./photos_page.js";
 import { axe, expect, tabTo } from "./site.js";
 
 test.setTimeout(300_000);

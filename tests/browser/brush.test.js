@@ -23,7 +23,7 @@ test("a dab is a disc and a stroke a disc drawn along a line", () => {
 
 test("erasing takes away what adding gave, and only that", () => {
   const painting = new Painting(blank(60, 60));
-  const line = [{ x: 10, y: 30 }, { x: 50, y: 30 }, 6]; // prettier-ignore
+  const line = [{ x: 10, y: 30 }, { x: 50, y: 30 }, 6];
   stroke(painting, ...line, 1);
   assert.ok(area(painting.mask) > 0);
   stroke(painting, ...line, 0);
@@ -35,7 +35,7 @@ test("strokes are taken back one by one, and a reset too", () => {
   found.data.fill(1, 0, 500);
   const painting = new Painting(found);
   const areas = [area(painting.mask)];
-  for (const [x, value] of [[10, 1], [30, 0], [40, 1]]) { // prettier-ignore
+  for (const [x, value] of [[10, 1], [30, 0], [40, 1]]) {
     stroke(painting, { x, y: 10 }, { x, y: 40 }, 5, value);
     areas.push(area(painting.mask));
   }

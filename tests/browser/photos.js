@@ -46,7 +46,7 @@ export async function composed(page, request, how = {}) {
       wall.addColorStop(1, "#d8d1c6");
       photo.fillStyle = wall;
       photo.fillRect(0, 0, width, height);
-      const parts = [["#78604c", 0, 0.84, 1, 0.16], ["#5a6e82", 0.06, 0.1, 0.2, 0.22], ["#4a4238", 0.86, 0.5, 0.14, 0.38]]; // prettier-ignore
+      const parts = [["#78604c", 0, 0.84, 1, 0.16], ["#5a6e82", 0.06, 0.1, 0.2, 0.22], ["#4a4238", 0.86, 0.5, 0.14, 0.38]];
       for (const [colour, x, y, across, down] of parts) {
         photo.fillStyle = colour;
         photo.fillRect(x * width, y * height, across * width, down * height);

@@ -1,7 +1,7 @@
 /** Photos: from a file to an outline, compared, and never sent. */
 
 import { composed, elsewhere, lyingOnItsSide, partsOf } from "./photos.js";
-import { SLOWLY, boxes, brushAlone, card, choose, compare, found, open, status, test } from "./photos_page.js"; // prettier-ignore
+import { SLOWLY, boxes, brushAlone, card, choose, compare, found, open, status, test } from "./photos_page.js";
 import { axe, enter, expect, pixels } from "./site.js";
 
 test.setTimeout(300_000);
@@ -142,13 +142,13 @@ test("files that cannot be used, and outlines that are nobody's, are answered ki
   await expect(status(page)).toHaveText(/nobody in that picture/);
   await expect(card(page).locator(".sight")).toBeHidden();
 
-  const standing = [[100, 60, 100, 480], [130, 20, 40, 40]]; // prettier-ignore
+  const standing = [[100, 60, 100, 480], [130, 20, 40, 40]];
   for (const [drawn, words] of [
     [[[20, 20, 60, 500], [220, 20, 60, 500]], /more than one person/],
     [[[100, 0, 100, 600]], /not all in the picture/],
     [[[140, 300, 20, 60]], /too small/],
     [[[10, 200, 280, 260]], /no outline of a standing person/],
-  ]) { // prettier-ignore
+  ]) {
     await page.locator("#profile-outline").setInputFiles(await boxes(page, ...drawn));
     await found(page, "profile");
     await compare(page);
@@ -177,7 +177,7 @@ for (const [policy, words] of [
     }, `${other.url}/worker`);
     await choose(page, photo);
     await brushAlone(page);
-    const asked = (url) => fetch(url).then(({ status }) => status, () => "refused"); // prettier-ignore
+    const asked = (url) => fetch(url).then(({ status }) => status, () => "refused");
     expect(await page.evaluate(asked, `${other.url}/page`)).toBe(policy ? "refused" : 204);
     expect(other.heard).toEqual(policy ? [] : ["/worker", "/page"]);
     await other.close();

@@ -17,7 +17,7 @@ for (const [how, parts] of Object.entries({
   "a header": { headers: { "x-a": part.toString("base64") } },
   "percent-encoded bytes": { url: `/a?b=${[...part].map((byte) => `%${byte.toString(16).padStart(2, "0").toUpperCase()}`).join("")}` },
   "percent-encoded letters": { url: `/a?b=${encodeURIComponent(part.toString("latin1"))}` },
-})) { // prettier-ignore
+})) {
   test(`a photo is found in ${how}`, () => {
     assert.ok(carries([request({}), request(parts)], PHOTO));
   });
