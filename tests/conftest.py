@@ -11,6 +11,7 @@ from flask.testing import FlaskClient
 from hypothesis import settings
 
 from model import studio
+from model.measurements import BODY_KINDS, MEASUREMENTS
 from webapp import create_app
 
 # A slow machine is no failure; and what is checked before landing is the same each time.
@@ -34,6 +35,16 @@ WOMAN = {
     "thigh_girth": "58",
 }
 """Somebody, as they fill in the form."""
+
+LIMITS = {
+    kind: {name: (30, 200) if name == "weight" else (0.05, 2.0) for name in MEASUREMENTS}
+    | {"stature": (1.3, 2.1), "waist_girth": (0.45, 1.7)}
+    for kind in BODY_KINDS
+}
+"""Between which values must lie, by kind of body, SI: an estimator's, made up."""
+
+SHOWN_LABELS = {"inseam_height": "Inside leg to the ankle", "neck_height": "Neck height"}
+"""What a person is told who knows these measurements otherwise than by the table's labels."""
 
 SLOWEST = (
     "test_scans",
@@ -108,10 +119,14 @@ class CheckingClient(FlaskClient):
             self.page = check_page(response.text)
         return response
 
+    def token(self, base_url=None):
+        """What a form of this session must have with it, as the first page has it."""
+        self.get("/", base_url=base_url)
+        return self.page.find(".//input[@name='csrf_token']").get("value")
+
     def send(self, path="/numbers", **fields):
-        """Post a form as the page before it has it."""
-        token = self.get("/") and self.page.find(".//input[@name='csrf_token']").get("value")
-        return self.post(path, data={"csrf_token": token} | fields)
+        """Post a form with its token."""
+        return self.post(path, data={"csrf_token": self.token()} | fields)
 
 
 @pytest.fixture(scope="session")

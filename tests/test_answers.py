@@ -1,17 +1,12 @@
 """What a person typed: nothing is lost, and every reading comes to what was meant."""
 
 import pytest
+from conftest import LIMITS
 
-from model.measurements import BODY_KINDS, MEASUREMENTS
+from model.measurements import MEASUREMENTS
 from model.plausibility import TROUSERS_SHORT_OF_FLOOR
 from webapp.answers import ANKLE_SHARE, HEM_NOISE, TYPED_LENGTH, Typed
 from webapp.forms import Refused
-
-LIMITS = {
-    kind: {name: (30, 200) if name == "weight" else (0.05, 2.0) for name in MEASUREMENTS}
-    | {"stature": (1.3, 2.1), "waist_girth": (0.45, 1.7)}
-    for kind in BODY_KINDS
-}
 
 
 def faults_of_form(**fields):

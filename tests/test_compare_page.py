@@ -18,17 +18,18 @@ def shopper(client):
     return client
 
 
-def answered(shopper, path="/compare", **parts):
-    shopper.get(path)
-    token = shopper.page.find(".//input[@name='csrf_token']").get("value")
-    data = {
-        name: (io.BytesIO(part), f"{name}.png") if isinstance(part, bytes) else part
-        for name, part in parts.items()
-    }
-    return shopper.post(path, data={"csrf_token": token} | data, headers=JSON)
-
-
 JSON = {"Accept": "application/json"}
+
+
+def files(**pictures):
+    """Pictures as a form sends them."""
+    return {name: (io.BytesIO(one), f"{name}.png") for name, one in pictures.items()}
+
+
+def answered(shopper, front, **fields):
+    """What the page's script is answered."""
+    data = {"csrf_token": shopper.token()} | files(front=front) | fields
+    return shopper.post("/compare", data=data, headers=JSON)
 
 
 def test_the_page_needs_measurements(client):
@@ -58,13 +59,9 @@ def test_the_pages_script_gets_all_that_it_shows(shopper):
 
 def test_without_a_script_the_page_shows_the_comparison(shopper):
     front = outline(shopper, "front", {"body": "male", "measurements": {"stature": 178}})
-    shopper.get("/compare")
-    token = shopper.page.find(".//input[@name='csrf_token']").get("value")
-    data = {"csrf_token": token, "front": (io.BytesIO(front), "front.png")}
-    assert shopper.post("/compare", data=data).status_code == 200
+    assert shopper.send("/compare", **files(front=front)).status_code == 200
     assert "Waist" in text(shopper.page.find(".//table"))
-    data = {"csrf_token": token, "front": (io.BytesIO(b"no"), "front.png")}
-    assert shopper.post("/compare", data=data).status_code == 415
+    assert shopper.send("/compare", **files(front=b"no")).status_code == 415
     assert "PNG or JPEG" in text(shopper.page.find(".//main"))
 
 
@@ -72,17 +69,13 @@ def test_the_page_says_what_was_taken_for_clothes(shopper):
     person = {"body": "male", "measurements": {"stature": 178, "weight": 80}}
     plain = {side: outline(shopper, side, person) for side in ("front", "profile")}
     skirts = {side: skirted(content, 0.03) for side, content in plain.items()}
-    shopper.get("/compare")
-    token = shopper.page.find(".//input[@name='csrf_token']").get("value")
     said = {
         "": "say so and refine again",
         "tight": "may still count as body",
         "loose_legs": "clothes are loose",
     }
     for pictures, worn in ((plain, ""), (skirts, ""), (skirts, "tight"), (skirts, "loose_legs")):
-        files = {side: (io.BytesIO(one), f"{side}.png") for side, one in pictures.items()}
-        data = {"csrf_token": token, "refine": "1", "worn": worn}
-        shopper.post("/compare", data=data | files)
+        shopper.send("/compare", refine="1", worn=worn, **files(**pictures))
         assert "before and after" in text(shopper.page.find(".//main"))
         chosen = shopper.page.find(".//input[@name='worn'][@checked]")
         assert chosen.get("value") == worn
@@ -138,12 +131,9 @@ def test_the_refined_body_is_taken_along_until_a_value_changes(shopper):
     assert waist() == alone, "nothing is kept unless it is asked for"
     after = next(row["after"] for row in changes["measurements"] if row["name"] == "waist_girth")
     assert abs(after - alone) > 0.5
-    shopper.get("/compare")
-    token = {"csrf_token": shopper.page.find(".//input[@name='csrf_token']").get("value")}
-    forged = {"refined": changes["take"][:-2] + "xx"}
-    assert shopper.post("/compare/body", data=token | forged).status_code == 400
-    ours = token | {"refined": changes["take"]}
-    assert shopper.post("/compare/body", data=ours).location == "/avatar"
+    forged = changes["take"][:-2] + "xx"
+    assert shopper.send("/compare/body", refined=forged).status_code == 400
+    assert shopper.send("/compare/body", refined=changes["take"]).location == "/avatar"
     assert waist() == pytest.approx(after, abs=0.01)
     for name in ("stature", "weight"):
         assert taken()[name] == pytest.approx(float(TYPED[name]), abs=0.1), name
@@ -153,9 +143,9 @@ def test_the_refined_body_is_taken_along_until_a_value_changes(shopper):
     again = answered(shopper, front=outline(shopper, "front", person), refine="1").json
     # The same outline has said all that it has to say: told from the body that is shown before.
     assert again["refinement"]["moved_cm"]["mean"] < 0.2 * changes["moved_cm"]["mean"]
-    shopper.post("/compare/body", data=token | {"leave": "1"})
+    shopper.send("/compare/body", leave="1")
     assert waist() == alone
-    shopper.post("/compare/body", data=ours)
+    shopper.send("/compare/body", refined=changes["take"])
     shopper.send(**TYPED | {"weight": "81"})
     shopper.get("/avatar")
     assert "The outline of your photo" not in text(shopper.page.find(".//main"))

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from conftest import LIMITS
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -16,11 +17,6 @@ from webapp.forms import (
     read_document,
 )
 
-LIMITS = {
-    kind: {name: (30, 200) if name == "weight" else (0.05, 2.0) for name in MEASUREMENTS}
-    | {"stature": (1.3, 2.1), "waist_girth": (0.45, 1.7)}
-    for kind in BODY_KINDS
-}
 WOMAN = {"body": "female", "measurements": {"stature": 168, "waist_girth": 74}}
 
 

@@ -31,7 +31,7 @@ def addresses(site, method):
 @pytest.fixture
 def answers(shopper, site):
     """What every address answers to someone who has entered measurements, by endpoint."""
-    token = shopper.get("/") and shopper.page.find(".//input[@name='csrf_token']").get("value")
+    token = shopper.token()
     given = {name: shopper.get(path) for name, path in addresses(site, "GET").items()}
     for name, path in addresses(site, "POST").items():
         form = {} if name.startswith("api.") else {"data": WOMAN | {"csrf_token": token}}

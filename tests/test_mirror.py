@@ -1,7 +1,7 @@
 """The numbers that the avatar's page asks for, and the values that it changes."""
 
 import pytest
-from conftest import WOMAN, text
+from conftest import SHOWN_LABELS, WOMAN, text
 
 from model.anthropometry import ImpossibleBodyError
 from model.measurements import MEASUREMENTS
@@ -12,9 +12,7 @@ ENTERED = {name: float(value) for name, value in WOMAN.items() if name not in ("
 
 def send(client, **options):
     """Ask for a change as the page does, with its token."""
-    client.get("/")
-    token = client.page.find(".//input[@name='csrf_token']").get("value")
-    return client.post("/avatar.json", headers={"X-CSRFToken": token}, **options)
+    return client.post("/avatar.json", headers={"X-CSRFToken": client.token()}, **options)
 
 
 def change(client, **answers):
@@ -31,9 +29,8 @@ def test_the_numbers_are_those_of_the_api(shopper):
     answer = shopper.get("/avatar.json")
     document = {"body": "female", "measurements": ENTERED}
     expected = shopper.post("/api/v1/avatars", json=document).json
-    labels = {"inseam_height": "Inside leg to the ankle", "neck_height": "Neck height"}
     for row in expected["measurements"]:
-        row["label"] = labels.get(row["name"], row["label"])
+        row["label"] = SHOWN_LABELS.get(row["name"], row["label"])
     assert answer.json == expected
     assert answer.headers["Cache-Control"] == "no-store"
 

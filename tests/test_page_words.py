@@ -229,10 +229,7 @@ def test_what_the_mirror_says_later_is_portuguese(shopper):
     answer = shopper.get("/avatar.json").json
     labels = {row["name"]: row["label"] for row in answer["measurements"]}
     assert labels["waist_girth"] == "Cintura"
-    token = shopper.get("/avatar") and shopper.page.find(".//input[@name='csrf_token']").get(
-        "value"
-    )
-    ask = {"headers": {"X-CSRFToken": token}}
+    ask = {"headers": {"X-CSRFToken": shopper.token()}}
     changed = shopper.post("/avatar.json", json={"neck_girth": "45"}, **ask).json
     assert any("Ao lado dos seus outros números" in it["message"] for it in changed["warnings"])
     refused = shopper.post("/avatar.json", json={"waist_girth": "400"}, **ask).json

@@ -4,15 +4,12 @@ import csv
 import io
 
 import pytest
-from conftest import text
+from conftest import SHOWN_LABELS, text
 
 from model.measurements import MEASUREMENTS
 from webapp.units import SYMBOLS, from_si
 
 ANSWERS = {"stature": "168", "weight": "66", "waist_girth": "76.5"}
-
-LABELS = {"inseam_height": "Inside leg to the ankle", "neck_height": "Neck height"}
-"""What a person is told who knows them otherwise."""
 
 
 @pytest.fixture
@@ -35,7 +32,7 @@ def test_the_table_holds_what_the_page_says(shopper):
     answered = {row["name"]: row for row in shopper.get("/avatar.json").json["measurements"]}
     for row in rows:
         name = row["measurement"]
-        assert row["label"] == LABELS.get(name, MEASUREMENTS[name].label)
+        assert row["label"] == SHOWN_LABELS.get(name, MEASUREMENTS[name].label)
         assert row["unit"] == SYMBOLS[MEASUREMENTS[name].unit]["metric"]
         assert (row["asked"] != "") == (name in ANSWERS)
         for column in ("taken", "low", "high"):

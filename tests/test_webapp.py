@@ -77,8 +77,7 @@ def test_the_cookie_is_as_safe_as_the_settings_say(make_site):
 
 def test_a_form_over_https_works_with_the_referrer_that_our_policy_sends(make_site):
     client = make_site(SESSION_COOKIE_SECURE=True).test_client()
-    client.get("/", base_url="https://localhost")
-    token = client.page.find(".//input[@name='csrf_token']").get("value")
+    token = client.token(base_url="https://localhost")
     fields = {"csrf_token": token, "body": "male", "stature": "180"}
     sent = client.post(
         "/", data=fields, base_url="https://localhost", headers={"Referer": "https://localhost/"}
