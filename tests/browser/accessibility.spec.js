@@ -1,4 +1,4 @@
-/** What axe finds, on every page and in the states that a person may meet: nothing. */
+/** What axe finds on the form of all numbers and on the body's page: nothing. Other pages' tests ask it too. */
 
 import { WOMAN, axe, enter, expect, openAvatar, test } from "./site.js";
 

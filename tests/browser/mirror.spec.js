@@ -232,10 +232,7 @@ test("the preview is the linear law, to half a millimetre", async ({ page, reque
   expect(farthest(shown, moved)).toBeLessThan(0.0005);
 });
 
-test("the server's body takes over without a jump, and is then shown to the last bit", async ({
-  page,
-  request,
-}) => {
+test("the server's body takes over without a jump, and is then shown to the last bit", async ({ page }) => {
   await withMotion(page);
   await openLive(page);
   // The largest move of a point between two frames, while the body goes over.
@@ -256,6 +253,7 @@ test("the server's body takes over without a jump, and is then shown to the last
   const jumps = await page.evaluate(() => window.jumps);
   const [bend, ...rest] = jumps.filter((jump) => jump > 0);
   expect(bend).toBeGreaterThan(0.003);
+  expect(rest).not.toHaveLength(0);
   for (const jump of rest) expect(jump).toBeLessThan(0.5 * bend);
 
   const file = await page.evaluate(async () => {
@@ -264,7 +262,6 @@ test("the server's body takes over without a jump, and is then shown to the last
   });
   const served = readGlb(Uint8Array.from(file).buffer).positions;
   expect(farthest(await vertices(page), served)).toBeLessThan(1e-6);
-  await request.dispose();
 });
 
 test("a body that grows stays in the frame before the server's comes", async ({ page }) => {

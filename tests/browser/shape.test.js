@@ -68,7 +68,7 @@ test("changes add up, each by its step, and nought is the served body to the las
   allNear(shape.positions, expected);
   shape.bend({ neck_girth: 1 });
   assert.deepEqual([...shape.positions], served);
-  assert.deepEqual([...shape.normals], CORNERS.map((value) => value));
+  assert.deepEqual([...shape.normals], CORNERS);
 });
 
 test("a body that bends stays on the floor", () => {

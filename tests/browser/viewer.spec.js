@@ -265,7 +265,7 @@ test("of two files asked for at once, the later one is shown", async ({ page }) 
   expect(difference(await look(page), body)).toBeLessThan(0.001);
 });
 
-test("a body that is replaced gives its memory back, and a closed viewer everything", async ({
+test("a body that is replaced gives its memory back, and a closed viewer the still picture", async ({
   page,
 }) => {
   await page.addInitScript(() => {
