@@ -11,6 +11,7 @@ import { Sender } from "./server.js";
 import { WORDS, fill } from "./words.js";
 
 const NAMED = 3; // of the values that the body has not, as on the server
+const MET = { metres: 0.001, kilograms: 0.1 }; // a value this near to the body's is met, as on the server
 const GHOST_STAYS = 2500; // milliseconds after the last change
 const TABLES_WAIT = 100; // milliseconds for which changed numbers are gathered
 const REST = 2000; // milliseconds without a touch, after which the body in 3D comes by itself
@@ -251,7 +252,7 @@ class Page {
     const unmet = this.#rows
       .filter(
         ({ asked, taken, unit, kind }) =>
-          asked !== null && Math.abs(toSi(asked - taken, unit)) > (kind === "mass" ? 0.1 : 0.001),
+          asked !== null && Math.abs(toSi(asked - taken, unit)) > MET[kind === "mass" ? "kilograms" : "metres"],
       )
       .sort((one, other) => apart(other) - apart(one));
     const names = unmet
