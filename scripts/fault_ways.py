@@ -166,6 +166,7 @@ def refuse(self, name, *rest, **more):
     load(self, name, *rest, **more)
 ctypes.CDLL.__init__ = refuse
 """
+"""Read by Python before all else: OSMesa is neither found nor loaded."""
 
 
 def no_osmesa() -> str:
@@ -198,6 +199,7 @@ def hang(*rest, **more):
     return draw(*rest, **more)
 pyrender.Renderer.render = hang
 """
+"""Read by Python before all else: drawing hangs while the file is there that HANGING names."""
 
 
 def hanging_picture() -> str:
@@ -256,9 +258,14 @@ def damaged_files() -> str:
     return f"{tried} ways: the server refused to start each time and named the file"
 
 
-FAKETIME = "/usr/lib/*/faketime/libfaketimeMT.so.1"
+FAKETIME = "usr/lib/*/faketime/libfaketimeMT.so.1"
+"""Where Debian's libfaketime lies, from the root on."""
+
 LIMIT = 12
+"""Requests that the strict server allows."""
+
 HOUR = 3600
+"""Seconds."""
 
 SLEEP = """
 import select, time
@@ -269,7 +276,7 @@ time.sleep = lambda seconds: select.select([], [], [], seconds)
 
 def clock_jump() -> str:
     """The clock is set an hour forward and back, beneath a server that is at work."""
-    found = sorted(Path("/").glob(FAKETIME.lstrip("/")))
+    found = sorted(Path("/").glob(FAKETIME))
     if not found:
         raise NotTried("libfaketime is missing: scripts/require.sh faketime brings it")
     with tempfile.TemporaryDirectory() as folder:

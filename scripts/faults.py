@@ -1,6 +1,7 @@
 """Breaks a real server in the ways in which servers break, and prints what shoppers see of it.
 
     python scripts/faults.py [name ...]          all of them, or those named
+    python scripts/faults.py --write             all, and their table into docs/hosting.md
 
 The ways are those of `fault_ways`. What cannot be tried is said, and counts as not passed.
 """

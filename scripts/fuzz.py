@@ -55,7 +55,7 @@ def fuzz(inputs: int, seed: int) -> Tally:
     if find_spec("schemathesis") is None:
         shares["bytes"] += shares.pop("api")
     for way, share in shares.items():
-        wanted = max(round(inputs * share), len(SHARES))
+        wanted = max(round(inputs * share), len(SHARES))  # some, however few are wanted of all
         WAYS[way](site(), tally, wanted, seed)
     return tally
 

@@ -55,7 +55,7 @@ class Tally:
 def repeat(
     strategy: SearchStrategy[Any], send: Callable[[Any], None], times: int, number: int
 ) -> None:
-    """Draw and send so often; what fails is made as small as it gets."""
+    """Draw and send so often, from a seed (`number`); what fails is made as small as it gets."""
 
     @seed(number)
     @settings(
@@ -158,7 +158,7 @@ def _until(
     number: int,
     each: int = 1,
 ) -> None:
-    """Repeat until so many were sent, some with each draw; a run may end early."""
+    """Repeat until so many were sent, `each` with a draw; a run may end early."""
     while (left := times - tally.total(way)) > 0:
         before = tally.total(way)
         repeat(strategy, send, -(-left // each), number)
@@ -365,3 +365,4 @@ WAYS: dict[str, Callable[[Flask, Tally, int, int], None]] = {
     "api": api,
     "bodies": bodies,
 }
+"""Each is told the site, where to count, how many inputs to send, and a seed to draw them from."""
