@@ -134,7 +134,8 @@ def test_the_refined_body_is_taken_along_until_a_value_changes(shopper):
     forged = changes["take"][:-2] + "xx"
     assert shopper.send("/compare/body", refined=forged).status_code == 400
     assert shopper.send("/compare/body", refined=changes["take"]).location == "/avatar"
-    assert waist() == pytest.approx(after, abs=0.01)
+    # The tape fit, which ends within a tenth of a millimetre, is done once more.
+    assert waist() == pytest.approx(after, abs=0.02)
     for name in ("stature", "weight"):
         assert taken()[name] == pytest.approx(float(TYPED[name]), abs=0.1), name
     shopper.get("/avatar")

@@ -91,9 +91,9 @@ def write_stance_report(seed: int, docs: Path = Path("docs")) -> None:
             f"population's rules; estimators of {population.date}, seed {population.seed}. "
             "Nobody chose anything by these people.",
             "## How far estimates are off",
-            "Mean distance of vertices in mm, with the standard error of that mean for so many bodies; "
-            "nothing is moved to where it fits best. *Telling*: the eight "
-            "measurements that tell most of the surface, stature among them. *Shopper's*: the "
+            "Mean distance of vertices in mm, with the standard error of that mean for so many "
+            "bodies; nothing is moved to where it fits best. *Telling*: the eight measurements "
+            "that tell most of the surface, stature among them. *Shopper's*: the "
             "seven of a form and the thigh. The second rows show what one stance for all takes "
             "away: nothing that is entered tells how somebody leans.",
             table(["", "bodies", "telling", "shopper's", "all 41"], rows),
