@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
-from model.cameras import Side
+from model.cameras import SIDES
 from model.geometry import Floats
 from model.rendering import render_png
 from model.shape_basis import load_shape_basis
@@ -34,7 +34,6 @@ SHEET_BODIES = 14
 SHEET_SIZE = (170, 340)
 SHEET_COLOUR = (243, 241, 237)
 TALLEST = 2.0
-SIDES: tuple[Side, Side] = ("front", "profile")
 
 WHY_MISSED = {
     "bicepscircumferenceflexed": "flexed in the survey, hanging on our bodies: a wide tolerance",

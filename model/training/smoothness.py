@@ -13,7 +13,7 @@ from PIL import Image, ImageDraw, ImageFont
 from scipy.sparse import csr_array
 
 from model.appearance import SKIN_COLOUR, vertex_normals
-from model.cameras import Side, project
+from model.cameras import SIDES, project
 from model.estimators import Estimator, load_estimators
 from model.geometry import Floats, Integers
 from model.measurements import BodyKind, MeasurementSet
@@ -50,7 +50,6 @@ FOLDED = np.deg2rad(100)
 
 SHOWN = 6
 TILE = (170, 300)
-SIDES: tuple[Side, Side] = ("front", "profile")
 
 
 @dataclass(frozen=True, eq=False)
