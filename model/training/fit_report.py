@@ -26,7 +26,7 @@ SEVEN = (
 """What a shopper who has a tape at hand enters; a plain regression is compared on these."""
 
 EIGHT = (*SEVEN, "thigh_girth")
-"""The same, and one the more, as the paper evaluates."""
+"""The same, and one the more: as many as the paper evaluates."""
 
 MET: Mapping[str, float] = {"m": 0.001, "kg": 0.1}
 """By unit, what a value may be missed by and is still met."""
