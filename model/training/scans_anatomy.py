@@ -25,7 +25,7 @@ from model.training.scans_files import ScanError
 from model.training.scans_placing import guess
 from model.training.scans_registration import Skin, register
 
-FILE = "landmarks.json"
+LANDMARKS_FILE = "landmarks.json"
 
 MOVED = 5e-5
 """A point further than this from where its triangle has it was moved by hand, in metres."""
@@ -136,7 +136,7 @@ def mesh_name(faces: NDArray[np.int32]) -> str:
 
 def write_landmarks(template: TemplateMesh, path: Path) -> None:
     """Writes the landmarks of a set, with the points that a person may move."""
-    about = json.loads((DATA / FILE).read_text(encoding="utf-8"))["landmarks"]
+    about = json.loads((DATA / LANDMARKS_FILE).read_text(encoding="utf-8"))["landmarks"]
     rows = []
     for name, mark in template.landmarks.items():
         point = template.landmark_points(template.vertices, name)
