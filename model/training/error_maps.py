@@ -7,10 +7,10 @@ from itertools import pairwise
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from model.appearance import vertex_normals
+from model.appearance import BACKDROP, vertex_normals
 from model.cameras import SIDES, Side, project
 from model.geometry import Floats
-from model.rendering import BACKDROP, Painted, photograph
+from model.rendering import Painted, photograph
 from model.template_mesh import TemplateMesh
 
 CELL = (170, 260)

@@ -5,9 +5,10 @@ import io
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from model.appearance import BACKDROP
 from model.cameras import Camera, Projection
 from model.geometry import Floats
-from model.rendering import BACKDROP, FINENESS, photograph
+from model.rendering import FINENESS, photograph
 from model.tape_pictures import View
 from model.template_mesh import TemplateMesh
 from model.training.segment_picture import INK, in_segments, push_apart

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from model.appearance import vertex_normals
+from model.appearance import BACKDROP, vertex_normals
 from model.cameras import Camera, Projection
 from model.geometry import Floats
-from model.rendering import BACKDROP, Painted, photograph
+from model.rendering import Painted, photograph
 from model.tape_pictures import BACK, FRONT, View
 from model.template_mesh import Body, TemplateMesh
 

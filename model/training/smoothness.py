@@ -12,12 +12,12 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 from scipy.sparse import csr_array
 
-from model.appearance import SKIN_COLOUR, vertex_normals
+from model.appearance import BACKDROP, SKIN_COLOUR, vertex_normals
 from model.cameras import SIDES, project
 from model.estimators import Estimator, load_estimators
 from model.geometry import Floats, Integers
 from model.measurements import BodyKind, MeasurementSet
-from model.rendering import BACKDROP, Painted, photograph
+from model.rendering import Painted, photograph
 from model.tape_fit import fit_to_tape
 from model.template_mesh import TemplateMesh, load_template_mesh
 from model.training.fit_report import EIGHT
