@@ -14,10 +14,14 @@ from model.rendering import Painted, photograph
 from model.template_mesh import TemplateMesh
 
 CELL = (170, 260)
+"""Width and height of one picture, in pixels."""
+
 SHOWN: Mapping[Side, int] = {"front": 170, "profile": 84}
-"""How much of a picture's width is shown, about its middle: a profile is narrow."""
+"""How many pixels of a picture's width are shown, about its middle: a profile is narrow."""
 
 HEAD, FOOT, MARGIN = 30, 62, 90
+"""Pixels above, below and to the left of the pictures."""
+
 FONT_SIZE = 16
 
 BARE = (0.80, 0.78, 0.75)
