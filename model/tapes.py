@@ -15,7 +15,7 @@ import numpy as np
 from model import geometry
 from model.geodesics import Bundle, Way, length_gradient
 from model.geometry import Floats
-from model.template_mesh import Gradient, Landmarks, TemplateMesh
+from model.template_mesh import UP, Gradient, Landmarks, TemplateMesh
 
 BODY_DENSITY = 1000.0
 """Mass over volume of the closed body, lungs included, in kg/m³.
@@ -25,8 +25,6 @@ so 1,042 at a quarter of fat. Some 3.3 litres of air in the chest (thoracic gas 
 that of McCrory et al. 1998, *J. Appl. Physiol.* 84) make that 996 in a body of 75 kg. By the
 same reckoning it is 1,024 for 70 kg with a tenth of fat, and 973 for 120 kg with 45 %.
 """
-
-UP = np.array([0.0, 1.0, 0.0])
 
 Legs = tuple[tuple[str, str], ...]
 """Ways from one landmark to another."""
