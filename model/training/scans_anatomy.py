@@ -130,7 +130,7 @@ def whole_parts(faces: NDArray[np.int32], parts: NDArray[np.uint8]) -> NDArray[n
 
 
 def mesh_name(faces: NDArray[np.int32]) -> str:
-    """Tells one mesh from another."""
+    """Tells one mesh from another, by its faces, (F, 3)."""
     return hashlib.sha256(faces.astype(np.int32).tobytes()).hexdigest()[:16]
 
 
@@ -174,6 +174,12 @@ def read_landmarks(
     path: Path, vertices: Floats, faces: NDArray[np.int32], names: Iterable[str]
 ) -> Corrections:
     """Reads landmarks, moved by hand or not; some of the names may be missing.
+
+    Parameters
+    ----------
+    vertices : ndarray of shape (V, 3), metres: the mean shape that the file was written for.
+    faces : ndarray of shape (F, 3).
+    names : of the landmarks that there are.
 
     Raises
     ------

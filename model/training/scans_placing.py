@@ -65,7 +65,7 @@ class Frame:
 
 
 def direction(axis: str) -> Floats:
-    """The unit vector of an axis such as -y."""
+    """The unit vector of an axis such as -y: (3,)."""
     return np.eye(3)["xyz".index(axis[1])] * (-1.0 if axis[0] == "-" else 1.0)
 
 

@@ -210,7 +210,17 @@ def _row(words: str, found: Smoothness) -> list[str]:
 
 
 def draw_worst(template: TemplateMesh, bodies: dict[str, Floats]) -> Image.Image:
-    """A sheet of bodies: a row for each name, every body from the front and in profile."""
+    """A sheet of bodies: a row for each name, every body from the front and in profile.
+
+    Parameters
+    ----------
+    bodies : by name, ndarrays of shape (n, V, 3), metres.
+
+    Raises
+    ------
+    RenderingUnavailable
+        If this machine lacks OSMesa; the message says what is missing.
+    """
     wide, high = TILE
     across = max(len(some) for some in bodies.values())
     size = (across * 2 * wide, len(bodies) * (high + 24))
