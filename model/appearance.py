@@ -20,6 +20,9 @@ from model.template_mesh import Body, TemplateMesh
 SKIN_COLOUR = (0.84, 0.765, 0.70)
 GARMENT_COLOUR = (0.36, 0.42, 0.47)
 
+# Behind a body in pictures, of 255: as on the page (static/css/site.css, --backdrop).
+BACKDROP = (244, 242, 239)
+
 # An edge is cut no nearer to its end than this share of its length: no needle-thin triangles.
 SHORTEST_CUT = 0.04
 

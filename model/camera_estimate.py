@@ -14,7 +14,7 @@ import numpy as np
 from model.cameras import HEIGHTS, USUAL_CAMERA, Camera, Facing, Side
 from model.geometry import Floats
 from model.masks import Mask
-from model.sheet import MARGIN, Sheet
+from model.sheet import Sheet
 from model.template_mesh import Body
 
 ROWS = 225
@@ -79,12 +79,12 @@ def estimate_camera(
 
 def _misfits(mask: Mask, body: Body, side: Side, facing: Facing, steepnesses: Floats) -> Floats:
     """By how much of a row legs differ on average, in metres, for every steepness: (n,)."""
-    low = slice(int(MARGIN + (1 - LEGS) * ROWS), None)
     found = []
     for steepness in steepnesses:
         height = float(np.clip(steepness * USUAL_CAMERA.distance, *HEIGHTS))
         sheet = Sheet(mask, body, side, Camera(USUAL_CAMERA.distance, height), facing, ROWS)
-        apart = np.abs(sheet.cover[low] - sheet.upright_cover[low])
+        low = sheet.row(LEGS)
+        apart = np.abs(sheet.cover[low:] - sheet.upright_cover[low:])
         found.append(float(apart.sum(axis=1).mean()) * sheet.step)
     return np.array(found)
 

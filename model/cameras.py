@@ -7,13 +7,14 @@ pixel's middle lies at a half.
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
 from model.geometry import Floats
 
 Side = Literal["front", "profile"]
+SIDES: tuple[Side, ...] = get_args(Side)
 Facing = Literal["right", "left"]
 
 # Metres. Nearer, the lens would touch a large body's belly; farther, perspective no longer matters.
@@ -118,7 +119,7 @@ def project(
 
     Front and profile have one scale, the larger that both fit into the frame with.
     """
-    ways = {name: axes(name, facing) for name in ("front", "profile")}
+    ways = {name: axes(name, facing) for name in SIDES}
     spans = {}
     for name, (right, towards) in ways.items():
         across, up = _slopes(vertices, camera, right, towards)
@@ -139,7 +140,7 @@ def project(
     )
 
 
-def axes(side: str, facing: Facing) -> tuple[Floats, Floats]:
+def axes(side: Side, facing: Facing) -> tuple[Floats, Floats]:
     """The picture's right and the way towards the camera: unit vectors in the body's axes, (3,)."""
     if side == "front":
         return np.array([1.0, 0, 0]), np.array([0, 0, 1.0])

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from PIL import Image
 from scipy import ndimage
 
+from model.appearance import BACKDROP
 from model.cameras import Projection, axes
 from model.comparison import Comparison
 from model.geometry import Booleans
 
-# As the site's (static/css/site.css): --backdrop, and two colours that people who see no
-# difference between red and green tell apart, dark on light and light on dark.
-BACKDROP = (244, 242, 239)
+# PHOTO and AVATAR are as the legend's (static/css/results.css): people who see no difference
+# between red and green tell them apart, dark on light and light on dark.
 BODY = (206, 198, 188)
 UNJUDGED = (228, 223, 217)
 PHOTO = (15, 95, 102)

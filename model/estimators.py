@@ -341,13 +341,14 @@ class Estimator:
         *,
         noise: Mapping[str, float] | None = None,
     ) -> dict[str, tuple[float, float]]:
-        """Where four of five people's values lie who share the asked ones.
+        """Where four of five people's values lie who share the asked ones: low and high, SI.
 
         The range of a value that was asked is the taken value itself. Another's follows from
         the law of people, and is widened where needed so that the body's own lies within.
 
         Parameters
         ----------
+        taken : what the body estimated for them measures.
         noise : by measurement, the standard deviation of an asked value about the true one,
             SI: of repeated readings, or `model.law.TAPE_NOISE`. Trained hands' by default.
         """

@@ -15,9 +15,7 @@ import numpy as np
 
 from model import geometry
 from model.geometry import Floats, Integers
-from model.template_mesh import Gradient, Landmarks, TemplateMesh
-
-UP = np.array([0.0, 1.0, 0.0])
+from model.template_mesh import UP, Gradient, Landmarks, TemplateMesh
 
 
 @dataclass(frozen=True)
@@ -169,7 +167,13 @@ def gradients(
 
 @dataclass(frozen=True)
 class Extent:
-    """How broad (left to right) or deep (front to back) the section of a girth is."""
+    """How broad (left to right) or deep (front to back) the section of a girth is.
+
+    Attributes
+    ----------
+    girth : which section.
+    direction : what is measured of it.
+    """
 
     girth: Girth
     direction: Literal["breadth", "depth"]
@@ -191,7 +195,7 @@ class Extent:
         return float(np.ptp(along)), loop[[along.argmin(), along.argmax()]]
 
     def gradient(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Gradient]:
-        """The extent and its derivative; its two ends slide no more than their edges do."""
+        """The extent and its derivative, its two ends held where they lie on their edges."""
         tied, rows = tie(template, vertices[None], [self.girth])
         row = int(rows[0, 0])
         rig = _rig(template, (self.girth,))

@@ -16,7 +16,7 @@ from scipy.special import ndtri
 
 from model.anthropometry import TAKEN
 from model.estimators import RANGE_SHARE, Estimator
-from model.geometry import Floats
+from model.geometry import Floats, Integers
 from model.law import TAPE_NOISE, Given
 from model.measurements import MEASUREMENTS, MeasurementSet
 
@@ -31,7 +31,8 @@ ELSEWHERE = 2.4
 """The same, where a neighbouring measurement would be expected just there."""
 
 NEAR = 3.0
-"""So near to what is expected another reading must lie to be what was probably meant."""
+"""So near to what is expected, in standard deviations, another reading must lie to be what was
+probably meant."""
 
 FAR_LIKELIER = float(np.log(20))
 """By so much, in logarithms, another reading must be likelier than the value as it stands."""
@@ -153,6 +154,7 @@ def expected(
 
     Parameters
     ----------
+    name : of the measurement, asked or not.
     noise : see `Estimator.ranges`.
     """
     given = estimator.law.given(_without(asked, name), noise)
@@ -196,6 +198,11 @@ def conflicts(
     """The fewest asked values that already speak against one as all others do, strongest first.
 
     They are found one by one: beside those before it, each makes the value the least likely.
+
+    Parameters
+    ----------
+    name : of the asked value that is doubted.
+    noise : as in `doubts`.
     """
     noise = TAPE_NOISE if noise is None else noise
 
@@ -240,7 +247,7 @@ def next_measurements(
     return sorted(gains, key=lambda gain: gain.after)
 
 
-def _half_range(covariance: Floats, middles: Floats, wanted: Floats) -> float:
+def _half_range(covariance: Floats, middles: Floats, wanted: Integers) -> float:
     """Half of the 80 % ranges of wanted measurements, in the root of the mean square."""
     variances = np.maximum(np.diag(covariance), 0) * middles**2
     return float(ndtri((1 + RANGE_SHARE) / 2) * np.sqrt(variances[wanted].mean()))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image, ImageChops
 
-from model.appearance import GARMENT_COLOUR, SKIN_COLOUR, DressedBody, dress, linear
+from model.appearance import BACKDROP, GARMENT_COLOUR, SKIN_COLOUR, DressedBody, dress, linear
 from model.cameras import USUAL_CAMERA, Camera, Facing, Projection, Side, project
 from model.geometry import Floats
 from model.studio import Coat, Drawn, draw
@@ -25,9 +25,6 @@ if TYPE_CHECKING:
 
 # Points of a finer grid per pixel's side, averaged: a smooth outline.
 FINENESS = 2
-
-# As the viewer's on the page (static/css/site.css, --backdrop).
-BACKDROP = (244, 242, 239)
 
 # Of a hundred. Beside the PNG file no difference is seen.
 WEBP_QUALITY = 90

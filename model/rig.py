@@ -10,7 +10,7 @@ VRM Consortium, "VRMC_vrm-1.0, humanoid": names and order of bones. The file is 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from model.geometry import Floats, Integers
-from model.template_mesh import DATA, Body, TemplateMesh, load_template_mesh, reading
+from model.template_mesh import DATA, TemplateMesh, load_template_mesh, reading
 
 RIG_FILE = "rig.npz"
 
@@ -28,8 +28,6 @@ INFLUENCES, WHOLE = 4, 255
 
 Pose = Mapping[str, Rotation]
 """By bone, how it is turned about its joint, in the body's axes, before its parent turns it too."""
-
-ARM = ("UpperArm", "LowerArm", "Hand")
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,12 +63,6 @@ class Rig:
         rows = np.arange(len(dense))[:, None]
         np.add.at(dense, (rows, self.joints), self.weights / WHOLE)
         return dense
-
-    def place(self, vertices: Floats, name: str) -> Floats:
-        """Where the joint of one bone is: (3,)."""
-        bone = self.names.index(name)
-        place: Floats = self.regressors[bone] @ vertices[self.around[bone]]
-        return place
 
 
 def strongest(weights: Floats) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
@@ -123,11 +115,6 @@ def load_rig(folder: Path = DATA) -> Rig:
         )
 
 
-def posed(rig: Rig, body: Body, pose: Pose) -> Body:
-    """The body with some of its bones turned, as `turned` does."""
-    return replace(body, vertices=turned(rig, body.vertices, pose))
-
-
 def turned(rig: Rig, vertices: Floats, pose: Pose) -> Floats:
     """A skin with some bones turned, (V, 3) to (V, 3); it is not put on the floor again.
 
@@ -144,42 +131,6 @@ def turned(rig: Rig, vertices: Floats, pose: Pose) -> Floats:
         moved = np.einsum("vij,vj->vi", turns[joint], vertices) + shifts[joint]
         skin += weight[:, None] * moved
     return skin
-
-
-def arms_at(rig: Rig, body: Body, upper: float, lower: float | None = None) -> Pose:
-    """The pose in which both arms make these angles with the vertical, as seen from the front.
-
-    Parameters
-    ----------
-    upper : of the upper arms, radians: 0 hangs down, a right angle points sideways.
-    lower : of the lower arms; as the upper arms, where it is not given.
-    """
-    pose = {}
-    for side, sign in (("left", 1.0), ("right", -1.0)):
-        shoulder, elbow, wrist = (rig.place(body.vertices, side + part) for part in ARM)
-        raised = upper - angle_of(sign, shoulder, elbow)
-        bent = (upper if lower is None else lower) - angle_of(sign, elbow, wrist) - raised
-        for part, angle in (("UpperArm", raised), ("LowerArm", bent)):
-            pose[side + part] = Rotation.from_rotvec([0.0, 0.0, sign * angle])
-    return pose
-
-
-def arm_angles(rig: Rig, body: Body) -> tuple[float, float]:
-    """The angles of the left upper and lower arm with the vertical, from the front, radians."""
-    shoulder, elbow, wrist = (rig.place(body.vertices, f"left{part}") for part in ARM)
-    return angle_of(1.0, shoulder, elbow), angle_of(1.0, elbow, wrist)
-
-
-def angle_of(sign: float, start: Floats, stop: Floats) -> float:
-    """How far a bone is from hanging down, seen from the front, in radians.
-
-    Parameters
-    ----------
-    sign : 1 on the left side, -1 on the right.
-    start, stop : ndarrays of shape (3,), metres: the ends of the bone, the upper one first.
-    """
-    x, y, _ = stop - start
-    return float(np.arctan2(sign * x, -y))
 
 
 def _frames(rig: Rig, places: Floats, pose: Pose) -> tuple[Floats, Floats]:

@@ -55,6 +55,11 @@ SMOOTH = 2
 class Sheet:
     """A photo and a body laid over one another.
 
+    Parameters
+    ----------
+    mask : the photo's outline.
+    rows : pixels from the body's crown to its soles.
+
     Attributes
     ----------
     body, side, camera, facing : what is seen, and how.
@@ -80,6 +85,7 @@ class Sheet:
         rows: int = ROWS,
     ) -> None:
         self.body, self.side, self.camera, self.facing = body, side, camera, facing
+        self.rows = rows
         template = body.template
         self.flat = seen(body.vertices, side, camera, facing)
         low, high = self.flat[:, 1].min(), self.flat[:, 1].max()
@@ -120,7 +126,7 @@ class Sheet:
 
     def row(self, height: float) -> int:
         """The row at a height on the sheet, as a share of the stature."""
-        return int(MARGIN + (1 - height) * ROWS)
+        return int(MARGIN + (1 - height) * self.rows)
 
     def arms(self) -> tuple[Booleans, Booleans]:
         """What is not judged: (h, w); and on which side of which row an arm hides it: (2, h)."""
@@ -242,7 +248,7 @@ class Sheet:
         near, below = row - 3, row + 6
         ends = first if side == 0 else last
         grown = (ends[near] - ends[below]) * (1 if side == 0 else -1)
-        return bool(grown < 0.012 * ROWS)
+        return bool(grown < 0.012 * self.rows)
 
     def hands(self, arms: Booleans, hidden: Booleans) -> dict[str, Floats]:
         """How far the photo's arms reach from the front, of those whose hand ends freely.

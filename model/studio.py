@@ -48,7 +48,12 @@ class RenderingTimedOut(RenderingUnavailable):
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """A part of a picture: (h, w, 3) sRGB, (h, w) metres or 0, and its upper left corner."""
+    """A part of a picture, `fineness` times as fine.
+
+    colours : ndarray of shape (h, w, 3), sRGB from 0 to 255
+    depths : ndarray of shape (h, w), metres along the way that the camera looks; 0 where nothing is
+    corner : column and row of its upper left corner, in the picture's pixels
+    """
 
     colours: NDArray[np.uint8]
     depths: NDArray[np.float32]
@@ -262,6 +267,18 @@ def draw(
     """Faces in the given colours of all points, (N, 3), on black.
 
     Draws the smallest part of the picture that holds the points: the rest need not be drawn.
+
+    Parameters
+    ----------
+    positions : ndarray of shape (N, 3), metres.
+    size : width and height of the whole picture in pixels.
+    fineness : points that are drawn to each pixel's side.
+    with_depths : whether `depths` are wanted; without, they are of shape (0, 0).
+
+    Raises
+    ------
+    RenderingUnavailable, RenderingTimedOut
+        If this machine lacks OSMesa, or the picture is not drawn in time.
     """
     parts = [
         {

@@ -35,8 +35,8 @@ PANEL = (400, 500)
 """Width and height of one view, in pixels."""
 
 BAND = 0.011
-"""A tape's width, in metres, and the fewest and most pixels that it is drawn with."""
 BAND_PIXELS = (5.0, 10.0)
+"""A tape's width, in metres, and the fewest and most pixels that it is drawn with."""
 
 DISTANCE = 5.0
 """Of the camera, in metres: so far away that near and far look almost alike."""
@@ -57,7 +57,8 @@ HIDDEN_BEHIND = 0.004
 """How much nearer to the camera than the tape something must be to hide it, in metres."""
 
 SHORTEST_RUN = 0.012
-"""A shorter stretch of tape is not shown as hidden between seen ones, or the other way round."""
+"""A stretch of tape shorter than this, in metres, is not shown as hidden between seen ones, or the
+other way round."""
 
 FINE = 4
 """Points of the overlay per pixel's side."""
@@ -197,8 +198,10 @@ def text_alternative(name: str, kind: BodyKind) -> str:
 
 
 def seen(path: Floats, projection: Projection, depths: NDArray[np.float32]) -> Booleans:
-    """Which points of a path, (n, 3) in metres, the camera sees: ndarray (n,).
+    """Which points of a path, (n, 3) in metres, the camera sees: ndarray of shape (n,).
 
+    Parameters
+    ----------
     depths : as `rendering.Photograph` has them
     """
     away = projection.camera.distance - path @ projection.towards

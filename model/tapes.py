@@ -15,7 +15,7 @@ import numpy as np
 from model import geometry
 from model.geodesics import Bundle, Way, length_gradient
 from model.geometry import Floats
-from model.template_mesh import Gradient, Landmarks, TemplateMesh
+from model.template_mesh import UP, Gradient, Landmarks, TemplateMesh
 
 BODY_DENSITY = 1000.0
 """Mass over volume of the closed body, lungs included, in kg/m³.
@@ -25,8 +25,6 @@ so 1,042 at a quarter of fat. Some 3.3 litres of air in the chest (thoracic gas 
 that of McCrory et al. 1998, *J. Appl. Physiol.* 84) make that 996 in a body of 75 kg. By the
 same reckoning it is 1,024 for 70 kg with a tenth of fat, and 973 for 120 kg with 45 %.
 """
-
-UP = np.array([0.0, 1.0, 0.0])
 
 Legs = tuple[tuple[str, str], ...]
 """Ways from one landmark to another."""
@@ -68,7 +66,7 @@ class Geodesic:
         return bundle(template, self.legs()).lengths(vertices).sum(axis=1)
 
     def take(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Floats]:
-        """The length and its path over the skin, an open polyline."""
+        """The length, metres, and its path over the skin, an open polyline: (n, 3)."""
         ways = [way for _, way in bundle(template, self.legs()).ways(vertices)]
         return sum(way.length for way in ways), self.path(ways)
 
@@ -77,7 +75,7 @@ class Geodesic:
         return np.concatenate([way.points for way in ways])
 
     def gradient(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Gradient]:
-        """The length and its derivative, along the way as it runs just now."""
+        """The length and its derivative, a `Gradient`, along the way as it runs just now."""
         ways = bundle(template, self.legs()).ways(vertices)
         slopes = [length_gradient(strip, way) for strip, way in ways]
         indices, gradient = (np.concatenate(piece) for piece in zip(*slopes, strict=True))
@@ -119,12 +117,12 @@ class Height:
         return self._ends(template, vertices, 0)[:, 1] - self._ends(template, vertices, 1)[:, 1]
 
     def take(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Floats]:
-        """The height and a vertical line through its upper end."""
+        """The height, metres, and a vertical line through its upper end: (2, 3)."""
         top, bottom = (self._ends(template, vertices[None], end)[0] for end in (0, 1))
         return float(top[1] - bottom[1]), np.array([top, [top[0], bottom[1], top[2]]])
 
     def gradient(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Gradient]:
-        """The height and its derivative, which only the two ends have."""
+        """The height and its derivative, a `Gradient`, which only the two ends have."""
         pieces = []
         for end, sign in ((0, 1.0), (1, -1.0)):
             names = (self.top, self.bottom)[end]
@@ -158,14 +156,14 @@ class Span:
         return np.linalg.norm(self._between(template, vertices), axis=-1)
 
     def take(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Floats]:
-        """The distance and its two ends."""
+        """The distance, metres, and its two ends: (2, 3)."""
         ends = np.array(
             [template.landmark_points(vertices, end) for end in (self.start, self.stop)]
         )
         return float(np.linalg.norm(ends[1] - ends[0])), ends
 
     def gradient(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Gradient]:
-        """The distance and its derivative, along the line between the ends."""
+        """The distance and its derivative, a `Gradient`, along the line between the ends."""
         between = self._between(template, vertices)
         length = float(np.linalg.norm(between))
         start, start_weights = template.landmark_weights(self.start)
@@ -191,7 +189,7 @@ class Mass:
         return float(self.read(template, vertices[None])[0]), np.zeros((0, 3))
 
     def gradient(self, template: TemplateMesh, vertices: Floats) -> tuple[float, Gradient]:
-        """The mass and its derivative: the density times that of the volume."""
+        """The mass and its derivative, a `Gradient`: the density times that of the volume."""
         slopes = BODY_DENSITY * geometry.volume_gradient(vertices, template.faces)
         # Volume grows with the third power of size: its slope along the body is three times it.
         mass = float(np.vdot(slopes, vertices)) / 3

@@ -21,6 +21,8 @@ from model.measurements import BodyKind
 
 DATA = Path(__file__).parent / "data"
 
+UP = np.array([0.0, 1.0, 0.0])
+
 Landmarks = tuple[str, ...]
 """Names; what is asked of several is asked of their mean point."""
 
@@ -146,7 +148,8 @@ def reading(file: Path) -> Iterator[Path]:
 
     Raises
     ------
-    DamagedFileError
+    FileNotFoundError, DamagedFileError
+        The former as it is, the latter for anything else.
     """
     try:
         yield file

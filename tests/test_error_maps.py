@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from model.rendering import BACKDROP
+from model.appearance import BACKDROP
 from model.template_mesh import load_template_mesh
 from model.training.error_maps import (
     CELL,

@@ -8,10 +8,9 @@ import pytest
 import trimesh
 from PIL import Image
 
-from model.appearance import dress
+from model.appearance import BACKDROP, dress
 from model.cameras import MARGIN, Camera, project
 from model.rendering import (
-    BACKDROP,
     FINENESS,
     Painted,
     in_underwear,

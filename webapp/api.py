@@ -7,7 +7,7 @@ from typing import Any
 from flask import Blueprint, Response, abort, jsonify, request
 from werkzeug.exceptions import HTTPException, UnprocessableEntity, default_exceptions
 
-from model.cameras import Side
+from model.cameras import SIDES, Side
 from model.measurements import BODY_KINDS, MEASUREMENTS
 from model.plausibility import Doubt, conflicts, doubts, expected
 from webapp import comparisons, openapi, units, uploads
@@ -80,7 +80,7 @@ def comparison() -> Response:
     """Outlines of a person beside a body, view by view."""
     if request.mimetype != "multipart/form-data":
         abort(415, "The request's content type must be multipart/form-data.")
-    unknown = {*request.form, *request.files} - {"avatar", *uploads.SIDES}
+    unknown = {*request.form, *request.files} - {"avatar", *SIDES}
     if unknown:
         message = "Not known here. Allowed: avatar, front, profile."
         raise Refused([Refusal(str(name), "unknown_member", message) for name in sorted(unknown)])

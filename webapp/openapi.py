@@ -1,9 +1,9 @@
 """The API's description in OpenAPI 3.1, made of the same tables that requests are checked with."""
 
+from model.cameras import SIDES
 from model.masks import LEAST_HEIGHT, MOST_ACROSS, MOST_BYTES, MOST_PIXELS
 from webapp.openapi_schemas import Schema, object_of, ref, schemas
 from webapp.units import UNITS
-from webapp.uploads import SIDES
 
 VERSION = "1.1.0"
 

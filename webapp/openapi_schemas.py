@@ -2,13 +2,13 @@
 
 from typing import Any
 
+from model.cameras import SIDES
 from model.comparison import EDGE_LEVELS, LEVELS
 from model.measurements import BODY_KINDS, MEASUREMENTS
 from model.refinement import WORN
 from webapp.comparison_words import REASONS
 from webapp.forms import CAMERA_LIMITS, FITS
 from webapp.units import SYMBOLS, UNITS
-from webapp.uploads import SIDES
 
 Schema = dict[str, Any]
 

@@ -11,12 +11,10 @@ from typing import IO
 from flask import Request, request
 from flask_babel import gettext
 
-from model.cameras import Side
+from model.cameras import SIDES, Side
 from model.masks import MOST_BYTES, Mask, PictureRefusedError, read_mask
 from webapp.comparison_words import WORDS
 from webapp.forms import Refusal, Refused
-
-SIDES: tuple[Side, ...] = ("front", "profile")
 
 MOST_DOCUMENT = 64 * 1024
 """Bytes of the part that asks for the avatar, as of any other request."""

@@ -31,7 +31,7 @@ def main() -> None:
     )
     _add_scans(commands.add_parser("scans", help="train on registered scans: docs/scans.md"))
     arguments = parser.parse_args()
-    # Each command imports what it needs: only one of them needs PyTorch.
+    # Each command imports what it needs: few of them need PyTorch.
     if arguments.command == "survey":
         for sex in SEXES:
             people = write_statistics(sex, arguments.folder / f"{sex}_half_a.csv").people

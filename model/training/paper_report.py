@@ -165,7 +165,7 @@ def findings(
             "of the paper's sums.",
         ],
     ]
-    return table(["the paper", "here"], rows).replace("--:", "---")
+    return table(["the paper", "here"], rows, numbers=False)
 
 
 def _each(trials: Mapping[Sex, Trial], words: Callable[[Trial], str]) -> str:

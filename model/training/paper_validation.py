@@ -23,6 +23,7 @@ PAPER_TDE = (0.36, 0.66, 0.61, 0.84, 0.51, 0.27)
 """Of the paper's six people P1 to P6, in metres (5.4)."""
 
 TOPS = (2, 4, 6, 8, 10)
+"""So many of the measurements that vary most are given, in its first five subsets (5.1.1)."""
 
 ENDS = (3, 97)
 """The small and the large body: the held-out ones nearest to these percentiles of weight."""
@@ -83,15 +84,20 @@ def subsets(selections: Mapping[Sex, Selection], sex: Sex) -> dict[str, tuple[st
 
 
 def small_and_large(population: Population, values: Floats, sex: Sex) -> NDArray[np.int64]:
-    """Two held-out bodies of a sex, by weight: their rows, (2,)."""
-    rows = np.flatnonzero(population.of(sex) & population.held_out)
+    """Two held-out bodies of a sex, by weight: their rows, (2,).
+
+    Parameters
+    ----------
+    values : ndarray of shape (n, m), what every body of the population measures, SI, as `TAKEN`.
+    """
+    rows = held_out(population, sex)
     weights = values[rows, TAKEN.index("weight")]
     ends = np.percentile(weights, ENDS)
     return rows[np.abs(weights - ends[:, None]).argmin(axis=1)]
 
 
 def shape_errors(space: PaperSpace, estimated: Floats, true: Floats) -> ShapeErrors:
-    """Errors of estimated coordinates, (n, 1 + K), against the true ones."""
+    """Errors of estimated coordinates in the space, (n, 1 + K), against the true ones."""
     parts = []
     for start in range(0, len(true), 64):
         part = slice(start, start + 64)
@@ -112,7 +118,7 @@ def shape_errors(space: PaperSpace, estimated: Floats, true: Floats) -> ShapeErr
 
 
 def misses(space: PaperSpace, estimated: Floats, values: Floats) -> Floats:
-    """What estimated bodies measure less the true values: (n, m), SI, as `TAKEN`."""
+    """What estimated bodies, (n, 1 + K), measure less the true values: (n, m), SI, as `TAKEN`."""
     parts = [
         measure_batch(space.template, space.vertices(estimated[start : start + 64]))
         for start in range(0, len(estimated), 64)
@@ -187,10 +193,10 @@ def people_errors(
 
 
 def learned_from(population: Population, sex: Sex) -> NDArray[np.int64]:
-    """The rows of a sex that estimators may see."""
+    """The rows of a sex that estimators may see: (n,)."""
     return np.flatnonzero(population.of(sex) & ~population.held_out)
 
 
 def held_out(population: Population, sex: Sex) -> NDArray[np.int64]:
-    """The rows of a sex that they may not."""
+    """The rows of a sex that they may not: (n,)."""
     return np.flatnonzero(population.of(sex) & population.held_out)

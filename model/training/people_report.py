@@ -9,6 +9,7 @@ from model.anthropometry import TAKEN
 from model.estimators import Estimator, PCABodyEstimator, load_estimators
 from model.geometry import Floats
 from model.measurements import BodyKind
+from model.shape_basis import load_shape_basis
 from model.training.fit_report import (
     EIGHT,
     ENTERED_HEAD,
@@ -49,6 +50,7 @@ PCA_SHARE = 0.95
 """Of the variance of bodies, what the components keep in the paper's model by PCA."""
 
 Values = Mapping[str, Floats]
+"""By measurement, what people or bodies measure: ndarrays of shape (n,), SI."""
 
 
 def people_sections(population: Population, measured: Floats, rows: Path | None) -> str:
@@ -56,7 +58,7 @@ def people_sections(population: Population, measured: Floats, rows: Path | None)
 
     Parameters
     ----------
-    measured : ndarray of shape (n, M), what each body of the population measures.
+    measured : ndarray of shape (n, M), what each body of the population measures, SI, as `TAKEN`.
     rows : the folder of the survey's rows; None where they are not at hand.
     """
     estimators = load_estimators()
@@ -180,7 +182,7 @@ def _pca_distances(population: Population, measured: Floats) -> dict[str, float]
         )
         vertices, values = held_out_values(population, sex)
         entered = np.stack([values[name] for name in EIGHT], axis=1)
-        found = load_estimators()[sex].basis.vertices(model.predict(entered))
+        found = load_shape_basis().vertices(model.predict(entered))
         distances[sex] = float(np.linalg.norm(found - vertices, axis=2).mean())
     return distances
 

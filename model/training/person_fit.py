@@ -185,7 +185,7 @@ def tolerances() -> Floats:
 
 
 def targets(asked: Floats) -> Floats:
-    """What bodies are fitted to: the survey's values, flexed arms relaxed."""
+    """What bodies are fitted to, (C,): the survey's values, (C,) in SI, flexed arms relaxed."""
     return asked * np.array([RELAXED.get(name, 1.0) for name in SURVEY_TAPES])
 
 
@@ -300,7 +300,7 @@ def _by_parameters(gradients: list[Gradient], directions: Directions) -> Floats:
 
 
 def placed(vertices: Floats) -> Floats:
-    """Soles at Y = 0; the mean at Z = 0."""
+    """A body, (V, 3) in metres, with the soles at Y = 0 and the mean at Z = 0: (V, 3)."""
     moved = vertices.copy()
     moved[:, 1] -= moved[:, 1].min()
     moved[:, 2] -= moved[:, 2].mean()

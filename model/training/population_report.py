@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
-from model.cameras import Side
+from model.cameras import SIDES
 from model.geometry import Floats
 from model.rendering import render_png
 from model.shape_basis import load_shape_basis
@@ -31,10 +31,15 @@ AIM = 0.005
 """The mean miss that the fit aims at, in metres."""
 
 SHEET_BODIES = 14
+"""Of each sex."""
+
 SHEET_SIZE = (170, 340)
+"""Of one picture, in pixels."""
+
 SHEET_COLOUR = (243, 241, 237)
 TALLEST = 2.0
-SIDES: tuple[Side, Side] = ("front", "profile")
+"""Stature in metres of a body that fills its picture's height."""
+
 
 WHY_MISSED = {
     "bicepscircumferenceflexed": "flexed in the survey, hanging on our bodies: a wide tolerance",
@@ -94,14 +99,16 @@ def write_population_report(population: Population, docs: Path) -> None:
     print(f"wrote {docs / 'population.md'}")
 
 
-def table(head: list[str], rows: list[list[str]]) -> str:
-    """A Markdown table; numbers to the right of the first column."""
-    rule = ["---"] + ["--:"] * (len(head) - 1)
+def table(head: list[str], rows: list[list[str]], *, numbers: bool = True) -> str:
+    """A Markdown table; right of the first column stand numbers, or words."""
+    rule = ["---"] + ["--:" if numbers else "---"] * (len(head) - 1)
     return "\n".join("| " + " | ".join(row) + " |" for row in [head, rule, *rows])
 
 
 def sheet_rows(population: Population) -> list[list[int]]:
-    """For each sex the bodies to draw, by body-mass index; of neighbours short, then tall."""
+    """For each sex the rows of the bodies to draw, by body-mass index; of neighbours a short one,
+    then a tall one.
+    """
     stature, weight = population.taken[:, 0], population.taken[:, 1]
     index = weight / stature**2
     chosen = []

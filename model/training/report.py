@@ -1,5 +1,6 @@
 """Writes the population's, the paper's and the validation's page of docs/, with fixed seeds."""
 
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from model.anthropometry import TAKEN
 from model.estimators import load_estimators
 from model.geometry import Floats
 from model.measurements import MEASUREMENTS
+from model.training.fit_report import band_heads
 from model.training.paper_report import write_paper_report
 from model.training.people_report import people_sections
 from model.training.population import Population, load_population
@@ -61,21 +63,21 @@ def _validation(population: Population, measured: Floats, survey_rows: Path | No
     else:
         pieces += ["## The linear estimate on real people", _real(survey_rows, population.seed)]
     pieces += ["## Smoothness", smoothness_section(population, DOCS)]
-    pieces += ["## Steadiness", steadiness_section()]
+    pieces += ["## Steadiness", steadiness_section(population)]
     return "\n\n".join(pieces)
 
 
 def _held_out(population: Population) -> str:
     pieces, by_name, by_band = [], [], []
-    for sex, estimator in load_estimators().items():
-        vertices, values = held_out_values(population, sex)
+    for kind, estimator in load_estimators().items():
+        vertices, values = held_out_values(population, kind)
         index = values["weight"] / values["stature"] ** 2
         for words, entered in ENTERED.items():
             errors = errors_on_bodies(estimator, vertices, values, entered)
-            pieces.append(_summary_row(sex, words, entered, errors))
+            pieces.append(_summary_row(kind, words, entered, errors))
             if entered is TAKEN:
-                by_name += [_name_row(sex, name, errors.misses[name]) for name in TAKEN]
-                by_band.append([sex, *_bands(errors, index)])
+                by_name += [_name_row(kind, name, errors.misses[name]) for name in TAKEN]
+                by_band.append([kind, *_bands(errors, index)])
     count = int(population.held_out.sum())
     return "\n\n".join(
         [
@@ -86,7 +88,7 @@ def _held_out(population: Population) -> str:
             "With everything entered, by measurement, in mm (weight in kg):",
             table(["", "measurement", "bias", "mean error", "95 %", "largest"], by_name),
             "With everything entered, mean vertex distance (mm) by band of body-mass index:",
-            table(["", *[f"{a:g} to {b:g}" for a, b in pairwise(INDEX_BANDS)]], by_band),
+            table(["", *band_heads(INDEX_BANDS)], by_band),
         ]
     )
 
@@ -128,16 +130,16 @@ _SUMMARY_HEAD = [
 ]
 
 
-def _summary_row(sex: str, words: str, entered: object, errors: Errors) -> list[str]:
+def _summary_row(kind: str, words: str, entered: Sequence[str], errors: Errors) -> list[str]:
     names = list(errors.misses)
-    inside = [name for name in names if name in entered]  # type: ignore[operator]
+    inside = [name for name in names if name in entered]
     outside = [n for n in names if n not in inside and MEASUREMENTS[n].kind != "mass"]
     sums = errors.lengths(inside).sum(axis=1) * 100
     largest = errors.lengths(inside).max() * 100
     others = f"{errors.lengths(outside).mean() * 100:.2f}" if outside else ""
     mesh = f"{errors.vertices.mean() * 1e3:.1f}" if errors.vertices.size else ""
     return [
-        sex,
+        kind,
         words,
         f"{sums.mean():.2f}",
         f"{np.quantile(sums, 0.95):.2f}",
@@ -147,11 +149,11 @@ def _summary_row(sex: str, words: str, entered: object, errors: Errors) -> list[
     ]
 
 
-def _name_row(sex: str, name: str, misses: Floats) -> list[str]:
+def _name_row(kind: str, name: str, misses: Floats) -> list[str]:
     scaled = misses * (1.0 if name == "weight" else 1e3)
     size = np.abs(scaled)
     numbers = [scaled.mean(), size.mean(), np.quantile(size, 0.95), size.max()]
-    return [sex, f"`{name}`", *[f"{number:.1f}" for number in numbers]]
+    return [kind, f"`{name}`", *[f"{number:.1f}" for number in numbers]]
 
 
 def _bands(errors: Errors, index: Floats) -> list[str]:

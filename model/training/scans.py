@@ -17,7 +17,7 @@ from model.studio import RenderingUnavailable
 from model.template_mesh import TemplateMesh
 from model.training.mesh_repair import UnrepairableMeshError, repair
 from model.training.scans_anatomy import (
-    FILE,
+    LANDMARKS_FILE,
     Corrections,
     find_anatomy,
     read_landmarks,
@@ -46,7 +46,13 @@ OUTPUT = Path("build/scans")
 
 @dataclass(frozen=True)
 class Known:
-    """What the user says of the scans, and need not be recognised: unit, up and front."""
+    """What the user says of the scans, and need not be recognised.
+
+    Attributes
+    ----------
+    unit : m, cm or mm.
+    up, front : the axes of the scans along which people stand and look, such as +z.
+    """
 
     unit: str | None = None
     up: str | None = None
@@ -88,6 +94,8 @@ def train_on_scans(
     ------
     ScanError
         For whatever is wrong with the scans; the message names the file.
+    OSError, ModuleNotFoundError
+        As `workers`.
     """
     record = Record()
     files = find_files(find_folders(folder, given or {}))
@@ -154,11 +162,17 @@ def prepared(scans: ScanSet, known: Known, record: Record) -> ScanSet:
 
 
 def anatomy(scans: ScanSet, output: Path, record: Record) -> TemplateMesh:
-    """The template of the set: its mean shape, with parts and landmarks found or read again."""
+    """The template of the set: its mean shape, with parts and landmarks found or read again.
+
+    Raises
+    ------
+    ScanError
+        Where our template does not come to lie on the shape, or the landmarks' file is wrong.
+    """
     mean = scans.vertices.mean(axis=0, dtype=np.float64)
     estimator = load_estimators()["neutral"]
     names = estimator.template.landmarks
-    path = output / FILE
+    path = output / LANDMARKS_FILE
     before = read_template(output, scans.faces)
     read = Corrections({}, {})
     if path.exists():

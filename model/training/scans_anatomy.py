@@ -25,7 +25,7 @@ from model.training.scans_files import ScanError
 from model.training.scans_placing import guess
 from model.training.scans_registration import Skin, register
 
-FILE = "landmarks.json"
+LANDMARKS_FILE = "landmarks.json"
 
 MOVED = 5e-5
 """A point further than this from where its triangle has it was moved by hand, in metres."""
@@ -130,13 +130,13 @@ def whole_parts(faces: NDArray[np.int32], parts: NDArray[np.uint8]) -> NDArray[n
 
 
 def mesh_name(faces: NDArray[np.int32]) -> str:
-    """Tells one mesh from another."""
+    """Tells one mesh from another, by its faces, (F, 3)."""
     return hashlib.sha256(faces.astype(np.int32).tobytes()).hexdigest()[:16]
 
 
 def write_landmarks(template: TemplateMesh, path: Path) -> None:
     """Writes the landmarks of a set, with the points that a person may move."""
-    about = json.loads((DATA / FILE).read_text(encoding="utf-8"))["landmarks"]
+    about = json.loads((DATA / LANDMARKS_FILE).read_text(encoding="utf-8"))["landmarks"]
     rows = []
     for name, mark in template.landmarks.items():
         point = template.landmark_points(template.vertices, name)
@@ -174,6 +174,12 @@ def read_landmarks(
     path: Path, vertices: Floats, faces: NDArray[np.int32], names: Iterable[str]
 ) -> Corrections:
     """Reads landmarks, moved by hand or not; some of the names may be missing.
+
+    Parameters
+    ----------
+    vertices : ndarray of shape (V, 3), metres: the mean shape that the file was written for.
+    faces : ndarray of shape (F, 3).
+    names : of the landmarks that there are.
 
     Raises
     ------

@@ -5,17 +5,19 @@ import io
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from model.appearance import vertex_normals
+from model.appearance import BACKDROP
 from model.cameras import Camera, Projection
 from model.geometry import Floats
-from model.rendering import BACKDROP, FINENESS, Painted, photograph
+from model.rendering import FINENESS, photograph
 from model.tape_pictures import View
 from model.template_mesh import TemplateMesh
-from model.training.segment_picture import INK, SEGMENTS
+from model.training.segment_picture import INK, in_segments, push_apart
 
 VIEWS = (View(0, "the front"), View(180, "the back"), View(90, "the left"), View(-90, "the right"))
 
 PANEL = (640, 1120)
+"""Of one figure, in pixels."""
+
 NAMES = 190
 """Width of the columns of names on both sides of each figure, in pixels."""
 
@@ -46,16 +48,12 @@ def landmark_picture(template: TemplateMesh) -> bytes:
 
 def _panel(template: TemplateMesh, view: View) -> Image.Image:
     vertices = template.vertices
-    coats = [
-        (template.faces[template.faces_of(name)], colour) for name, (_, colour) in SEGMENTS.items()
-    ]
-    painted = Painted(vertices, vertex_normals(vertices, template.faces), coats)
     tall = float(vertices[:, 1].max())
     camera = Camera(distance=10.0, height=tall / 2)
     span = float(np.ptp(vertices[:, 0]))
     focal = min(PANEL[1] / tall, PANEL[0] / span) / 1.1 * camera.distance
     projection = Projection(camera, view.right, view.towards, focal, PANEL[0] / 2, PANEL[1] / 2)
-    photo = photograph(painted, projection, PANEL)
+    photo = photograph(in_segments(template, vertices), projection, PANEL)
     panel = Image.new("RGB", (PANEL[0] + 2 * NAMES, PANEL[1]), BACKDROP)
     panel.paste(photo.picture, (NAMES, 0))
     names = list(template.landmarks)
@@ -86,9 +84,6 @@ def _spread(rows: Floats) -> list[float]:
     """Rows in order, (n,), moved apart by `PITCH` at least and kept within the panel."""
     levels = rows.tolist()
     for _ in range(300):
-        for i in range(len(levels) - 1):
-            short = PITCH - (levels[i + 1] - levels[i])
-            if short > 0:
-                levels[i], levels[i + 1] = levels[i] - short / 2, levels[i + 1] + short / 2
+        push_apart(levels, PITCH)
         levels = [min(max(level, 30.0), PANEL[1] - 12.0) for level in levels]
     return levels

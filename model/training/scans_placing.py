@@ -20,6 +20,7 @@ from model.training.scans_files import ScanError
 from model.training.scans_registration import ARMS, Mannequin, Skin
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+"""Metres of each."""
 
 STATURES = (1.2, 2.3)
 """Of adults, in metres: wider than any survey's, and narrow enough to tell the units apart."""
@@ -64,7 +65,7 @@ class Frame:
 
 
 def direction(axis: str) -> Floats:
-    """The unit vector of an axis such as -y."""
+    """The unit vector of an axis such as -y: (3,)."""
     return np.eye(3)["xyz".index(axis[1])] * (-1.0 if axis[0] == "-" else 1.0)
 
 
@@ -73,12 +74,19 @@ def recognise_unit(
 ) -> tuple[str, int]:
     """The unit, and along which of the three axes people stand.
 
+    Parameters
+    ----------
+    names : of the n scans, for messages.
+    vertices : ndarray of shape (n, V, 3), in the scans' unit and axes.
+    unit, up : where they are known.
+
     Raises
     ------
     ScanError
         Where statures are those of no adult in any unit, or of one file in another, or where no
         axis is clearly the longest.
     """
+    low, high = STATURES
     sides = np.ptp(vertices, axis=1).astype(np.float64)
     usual = np.median(sides, axis=0)
     axis = "xyz".index(up[1]) if up else int(usual.argmax())
@@ -90,13 +98,13 @@ def recognise_unit(
     if unit is None and not fitting:
         raise ScanError(
             f"{names[0]}: {sides[0, axis]:.4g} high; in metres, centimetres or millimetres an "
-            f"adult stands {STATURES[0]} to {STATURES[1]} m: give the scans in one of these"
+            f"adult stands {low} to {high} m: give the scans in one of these"
         )
     unit = unit or fitting[0]
     for name, height in zip(names, sides[:, axis] * UNITS[unit], strict=True):
         if not _is_adult(height):
             others = [u for u, size in UNITS.items() if _is_adult(height / UNITS[unit] * size)]
-            why = f"is it in {others[0]}?" if others else "adults stand 1.2 to 2.3 m"
+            why = f"is it in {others[0]}?" if others else f"adults stand {low} to {high} m"
             raise ScanError(f"{name}: {height:.4g} m high, if in {unit} as the set is: {why}")
     return unit, axis
 

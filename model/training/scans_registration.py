@@ -37,6 +37,9 @@ class Skin:
     ----------
     vertices, normals : ndarrays of shape (V, 3), metres and unit normals.
     faces : ndarray of shape (F, 3).
+    triangles : ndarray of shape (F, 3, 3), the corners of each face.
+    face_normals : ndarray of shape (F, 3), of length 1; 0 of a face without area.
+    areas : ndarray of shape (V,), see `vertex_areas`.
     """
 
     def __init__(self, vertices: Floats, faces: NDArray[np.int32]) -> None:
@@ -193,7 +196,7 @@ class Mannequin:
         return points
 
     def vertices(self) -> Floats:
-        """Its skin: (V, 3)."""
+        """Its skin: (V, 3), metres."""
         unbent = self._unbent()
         return self._bend(unbent, unbent, slice(None))[-1] + self.move
 
@@ -400,7 +403,7 @@ def let_go(vertices: Floats, faces: NDArray[np.int32], target: Skin) -> Floats:
 
 
 def vertex_areas(vertices: Floats, faces: NDArray[np.int32]) -> Floats:
-    """A third of the area of the faces around each vertex: (V,)."""
+    """A third of the area of the faces around each vertex: (V,), square metres."""
     across = np.cross(*np.diff(vertices[faces], axis=1).transpose(1, 0, 2))
     areas = np.linalg.norm(across, axis=1) / 6
     return np.bincount(faces.ravel(), np.repeat(areas, 3), len(vertices)).astype(np.float64)

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from model.appearance import vertex_normals
+from model.appearance import BACKDROP, vertex_normals
 from model.cameras import Camera, Projection
 from model.geometry import Floats
-from model.rendering import BACKDROP, Painted, photograph
+from model.rendering import Painted, photograph
 from model.tape_pictures import BACK, FRONT, View
-from model.template_mesh import Body
+from model.template_mesh import Body, TemplateMesh
 
 SEGMENTS: Mapping[str, tuple[str, tuple[float, float, float]]] = {
     "head_neck": ("head and neck", (0.87, 0.66, 0.38)),
@@ -26,6 +26,8 @@ SEGMENTS: Mapping[str, tuple[str, tuple[float, float, float]]] = {
 """The segments, each one part of the template or the same part of both sides: name, sRGB."""
 
 PANEL = (430, 760)
+"""Of one figure, in pixels."""
+
 MIDDLE = 190
 """Width of the column of names between the two figures, in pixels."""
 
@@ -35,10 +37,16 @@ LINE_PITCH = 46
 
 
 def segment_picture(body: Body) -> bytes:
-    """The segments of a body in their colours, as the bytes of a WebP file."""
+    """The segments of a body in their colours, as the bytes of a WebP file.
+
+    Raises
+    ------
+    RenderingUnavailable
+        If this machine lacks OSMesa; the message says what is missing.
+    """
     size = (2 * PANEL[0] + MIDDLE, PANEL[1])
     sheet = Image.new("RGB", size, BACKDROP)
-    painted = _painted(body)
+    painted = in_segments(body.template, body.vertices)
     pens = ImageDraw.Draw(sheet)
     places: dict[str, list[tuple[float, float]]] = {name: [] for name in SEGMENTS}
     for view, left in ((FRONT, 0), (BACK, PANEL[0] + MIDDLE)):
@@ -70,12 +78,20 @@ def segment_words() -> str:
     )
 
 
-def _painted(body: Body) -> Painted:
-    template = body.template
+def in_segments(template: TemplateMesh, vertices: Floats) -> Painted:
+    """A body's vertices, (V, 3) in metres, with each segment in its colour."""
     coats = [
         (template.faces[template.faces_of(name)], colour) for name, (_, colour) in SEGMENTS.items()
     ]
-    return Painted(body.vertices, vertex_normals(body.vertices, template.faces), coats)
+    return Painted(vertices, vertex_normals(vertices, template.faces), coats)
+
+
+def push_apart(rows: list[float], pitch: float) -> None:
+    """Moves rows that are in order, in place, from neighbours nearer than a pitch: one pass."""
+    for i in range(len(rows) - 1):
+        short = pitch - (rows[i + 1] - rows[i])
+        if short > 0:
+            rows[i], rows[i + 1] = rows[i] - short / 2, rows[i + 1] + short / 2
 
 
 def _projection(body: Body, view: View) -> Projection:
@@ -98,8 +114,5 @@ def _rows(places: Mapping[str, list[tuple[float, float]]]) -> list[float]:
     """The rows of the names, near the rows of their parts and apart from one another."""
     rows = sorted(ends[0][1] for ends in places.values())
     for _ in range(200):
-        for i in range(len(rows) - 1):
-            short = LINE_PITCH - (rows[i + 1] - rows[i])
-            if short > 0:
-                rows[i], rows[i + 1] = rows[i] - short / 2, rows[i + 1] + short / 2
+        push_apart(rows, LINE_PITCH)
     return rows

@@ -1,6 +1,6 @@
 """The paper's choice of seven measurements in words, tables and charts: part of docs/paper.md."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +10,7 @@ from model.anthropometry import TAKEN
 from model.geometry import Floats
 from model.training.charts import Bar, bars, boxes, shades
 from model.training.feature_selection import (
+    DRAWS,
     ERROR_PRONE,
     PAPER_LEFT_OUT,
     SELECTED,
@@ -163,9 +164,8 @@ def _write(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8")
 
 
-def _names(names: object) -> str:
-    listed = ", ".join(f"`{name}`" for name in names)  # type: ignore[attr-defined]
-    return listed or "none"
+def _names(names: Iterable[str]) -> str:
+    return ", ".join(f"`{name}`" for name in names) or "none"
 
 
 def _outlier_words(selections: Mapping[Sex, Selection]) -> str:
@@ -299,7 +299,7 @@ def _why(choices: Mapping[Sex, Choice]) -> str:
     ]
     return "\n\n".join(
         [
-            "*Drawn anew*: the share of 200 draws of as many people from the population, with "
+            f"*Drawn anew*: the share of {DRAWS} draws of as many people from the population, with "
             "replacement, in which the measurement is among the seven. *As surveyed*: the seven "
             "chosen most often when people are drawn so that stature and weight are as in "
             "ANSUR II, and how often.",

@@ -50,11 +50,13 @@ MAPPED_SUBSETS = 7
 """How many of the subsets are columns of the figures, (a) to (g)."""
 
 ENDS = ("small", "large")
+"""What the two bodies at either end are called."""
 
 BEST = "seven best for shape"
 NOTHING = "nothing: the mean body"
 
 COMPONENTS = (1, 2, 3, 5, 10, 20, 50, 100)
+"""So many are kept, for the chart of errors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +68,7 @@ class Trial:
     models : by name.
     subsets : by name, the measurements given.
     coordinates : ndarray of shape (n, 1 + K), of the held-out bodies.
-    values : ndarray of shape (n, m), their measurements, as `TAKEN`.
+    values : ndarray of shape (n, m), their measurements, SI, as `TAKEN`.
     ends : ndarray of shape (2,), the rows of a small and a large one.
     errors : by model and subset, of every held-out body.
     """
@@ -136,6 +138,7 @@ def shape_chapter(
 
     Parameters
     ----------
+    values : as in `try_models`.
     written : by what, when and from what, to stand below each figure.
     """
     return "\n\n".join(

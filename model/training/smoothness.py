@@ -12,14 +12,15 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 from scipy.sparse import csr_array
 
-from model.appearance import SKIN_COLOUR, vertex_normals
-from model.cameras import Side, project
+from model.appearance import BACKDROP, SKIN_COLOUR, vertex_normals
+from model.cameras import SIDES, project
 from model.estimators import Estimator, load_estimators
 from model.geometry import Floats, Integers
 from model.measurements import BodyKind, MeasurementSet
-from model.rendering import BACKDROP, Painted, photograph
+from model.rendering import Painted, photograph
 from model.tape_fit import fit_to_tape
 from model.template_mesh import TemplateMesh, load_template_mesh
+from model.training.fit_report import EIGHT
 from model.training.population import Population, bodies_of
 from model.training.population_report import table
 from model.training.survey import FROM_SURVEY, SEXES, SURVEY_TAPES, draw_people, load_statistics
@@ -30,18 +31,6 @@ PEOPLE = 1000
 SEED = 20261123
 """Not the population's: these people are new."""
 
-ENTERED = (
-    "stature",
-    "weight",
-    "bust_girth",
-    "abdomen_girth",
-    "hip_girth",
-    "thigh_girth",
-    "neck_girth",
-    "inseam_height",
-)
-"""What they enter: eight that the survey's statistics have."""
-
 SPREADINGS = 8
 """Rounds of averaging with neighbours: on the trunk some 4 cm around."""
 
@@ -49,8 +38,10 @@ FOLDED = np.deg2rad(100)
 """Two faces that meet at a sharper angle than this, and on the template did not, are a fold."""
 
 SHOWN = 6
+"""So many of the worst are drawn."""
+
 TILE = (170, 300)
-SIDES: tuple[Side, Side] = ("front", "profile")
+"""Of one picture, in pixels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +118,7 @@ class _Creases:
 
 
 def smoothness(template: TemplateMesh, vertices: Floats) -> Smoothness:
-    """How some bodies, ndarray of shape (n, V, 3), are bent."""
+    """How some bodies, ndarray of shape (n, V, 3) in metres, are bent."""
     creases = _Creases(template)
     weights = creases.usual_lengths / creases.usual_lengths.sum()
     bending, lumps, places, folds = [], [], [], []
@@ -152,7 +143,7 @@ def new_people(count: int, seed: int) -> list[tuple[BodyKind, MeasurementSet]]:
         drawn = draw_people(load_statistics(sex), count // 2, random).values
         for row in drawn:
             values = {}
-            for name in ENTERED:
+            for name in EIGHT:
                 column, *less = (row[columns.index(each)] for each in FROM_SURVEY[name])
                 values[name] = float(column - sum(less))
             people.append((sex, MeasurementSet(values)))
@@ -160,7 +151,7 @@ def new_people(count: int, seed: int) -> list[tuple[BodyKind, MeasurementSet]]:
 
 
 def fitted_bodies(people: list[tuple[BodyKind, MeasurementSet]]) -> Floats:
-    """The tape-fitted bodies of people: ndarray of shape (n, V, 3) of single floats."""
+    """The tape-fitted bodies of people: ndarray of shape (n, V, 3) of single floats, metres."""
     estimators = load_estimators()
     some: Estimator = next(iter(estimators.values()))
     vertices = np.empty((len(people), *some.template.vertices.shape), dtype=np.float32)
@@ -186,7 +177,7 @@ def smoothness_section(population: Population, docs: Path, count: int = PEOPLE) 
     return "\n\n".join(
         [
             f"{len(fitted)} people drawn anew from the survey's statistics (seed {SEED}; index 16 "
-            f"to 50) enter {len(ENTERED)} values; their fitted bodies beside {len(bodies)} of the "
+            f"to 50) enter {len(EIGHT)} values; their fitted bodies beside {len(bodies)} of the "
             "population. *Bending* is how the angles between faces differ from the template's, "
             "root mean square over the body in degrees; the *worst place* is the neighbourhood of "
             "some centimetres where that is largest; a *fold* is an edge bent by more than "
@@ -219,7 +210,17 @@ def _row(words: str, found: Smoothness) -> list[str]:
 
 
 def draw_worst(template: TemplateMesh, bodies: dict[str, Floats]) -> Image.Image:
-    """A sheet of bodies: a row for each name, every body from the front and in profile."""
+    """A sheet of bodies: a row for each name, every body from the front and in profile.
+
+    Parameters
+    ----------
+    bodies : by name, ndarrays of shape (n, V, 3), metres.
+
+    Raises
+    ------
+    RenderingUnavailable
+        If this machine lacks OSMesa; the message says what is missing.
+    """
     wide, high = TILE
     across = max(len(some) for some in bodies.values())
     size = (across * 2 * wide, len(bodies) * (high + 24))

@@ -10,7 +10,7 @@ from model.measurements import MEASUREMENTS
 from model.shape_basis import load_shape_basis
 from model.tapes import Tape
 from model.template_mesh import load_template_mesh
-from model.training.population import Population, load_population
+from model.training.population import Population
 from model.training.population_report import table
 
 TINY = 1e-5
@@ -90,9 +90,8 @@ def body_mass_index(population: Population) -> Floats:
     return indices
 
 
-def steadiness_section() -> str:
+def steadiness_section(population: Population) -> str:
     """The part of docs/validation.md about this, as Markdown."""
-    population = load_population()
     seed = population.seed
     changes = changes_by_tiny(population.coefficients, seed)
     random = np.random.default_rng(seed)

@@ -64,7 +64,13 @@ def find_strips(template: TemplateMesh, bodies: Floats, ways: Iterable[tuple[str
 
 
 def choose(strips: Sequence[Strip], bodies: Floats) -> tuple[Strip, ...]:
-    """The fewest strips, taken greedily, that keep the way short on every body."""
+    """The fewest strips, taken greedily, that keep the way short on every body.
+
+    Parameters
+    ----------
+    strips : of one way, one at least.
+    bodies : as in `find_strips`.
+    """
     lengths = Bundle([[strip] for strip in strips]).lengths(bodies)
     least = lengths.min(axis=1)
     chosen: list[int] = []

@@ -18,11 +18,9 @@ from model.template_mesh import DATA, load_template_mesh, template_mesh_from
 from model.training.law_fit import joint_law, load_survey_law
 from model.training.population import Population, bodies_of, load_population
 from model.training.strips import find_strips
-from model.training.survey import SEXES
 
 ROOM = 0.15
 """How far beyond the population's extremes a value may lie and still be taken for real."""
-
 
 LEAST_VARIANCE = 1e-4
 """Of a coefficient, whose variance over the whole population is 1."""
@@ -72,11 +70,15 @@ def plausible_limits(values: Floats) -> dict[str, tuple[float, float]]:
 def train_estimator(
     kind: BodyKind, population: Population, values: Floats, *, fit_intercept: bool = True
 ) -> Estimator:
-    """Fits the linear law of one kind of body to the bodies that are not held out."""
-    mine = np.ones(len(values), dtype=bool)
+    """Fits the linear law of one kind of body to the bodies that are not held out.
+
+    Parameters
+    ----------
+    values : ndarray of shape (n, M), what every body of the population measures, SI, as `TAKEN`.
+    """
+    seen = ~population.held_out
     if kind != "neutral":
-        mine = population.sexes == SEXES.index(kind)
-    seen = mine & ~population.held_out
+        seen &= population.of(kind)
     linear = LinearBodyEstimator(fit_intercept=fit_intercept)
     linear.fit(values[seen], population.coefficients[seen])
     return Estimator(

@@ -13,15 +13,7 @@ from model.measurements import MEASUREMENTS, BodyKind
 from model.template_mesh import load_template_mesh
 from model.training.law_fit import survey_people
 from model.training.population import Population, bodies_of
-from model.training.survey import (
-    FROM_SURVEY,
-    SEXES,
-    SURVEY_TAPES,
-    Sex,
-    is_test_person,
-    load_statistics,
-    read_people,
-)
+from model.training.survey import FROM_SURVEY, SEXES, Sex, load_statistics
 
 ENTERED: Mapping[str, Sequence[str]] = {
     "all that are taken": TAKEN,
@@ -42,6 +34,7 @@ ENTERED: Mapping[str, Sequence[str]] = {
 """What is entered, for the tables."""
 
 REAL_PER_SEX = 100
+"""So many real people of each sex try the linear estimate and the paper's models."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +60,13 @@ class Errors:
 def estimate(
     estimator: Estimator, values: Mapping[str, Floats], entered: Sequence[str]
 ) -> tuple[Floats, Floats]:
-    """Bodies from entered values: vertices (n, V, 3) and what they measure (n, M)."""
+    """Bodies from entered values: vertices (n, V, 3), metres, and what they measure (n, M), SI.
+
+    Parameters
+    ----------
+    values : by measurement, ndarrays of shape (n,), SI.
+    entered : those of the values that are known.
+    """
     count = len(next(iter(values.values())))
     rows = np.full((count, len(estimator.names)), np.nan)
     for name in entered:
@@ -77,7 +76,7 @@ def estimate(
 
 
 def held_out_values(population: Population, kind: BodyKind) -> tuple[Floats, dict[str, Floats]]:
-    """The held-out bodies of a kind: vertices (n, V, 3), and their measurements by name.
+    """The held-out bodies of a kind: vertices (n, V, 3), metres, and by name what they measure.
 
     Those of the neutral kind are every second one of both sexes.
     """
@@ -91,34 +90,34 @@ def held_out_values(population: Population, kind: BodyKind) -> tuple[Floats, dic
 def errors_on_bodies(
     estimator: Estimator, vertices: Floats, values: Mapping[str, Floats], entered: Sequence[str]
 ) -> Errors:
-    """Errors on bodies whose shape is known."""
+    """Errors on bodies whose shape is known: vertices of shape (n, V, 3), metres.
+
+    Values and what is entered are as in `estimate`.
+    """
     estimated, taken = estimate(estimator, values, entered)
     misses = {name: taken[:, i] - values[name] for i, name in enumerate(TAKEN)}
     distances = np.linalg.norm(estimated - vertices, axis=2).mean(axis=1)
     return Errors(misses=misses, vertices=distances)
 
 
-def real_people(folder: Path, sex: Sex, seed: int) -> dict[str, Floats]:
-    """Measurements of real people whom nothing was trained or calibrated on, by name."""
-    subjects, columns = read_people(folder / f"{sex}_half_a.csv")
-    tested = np.flatnonzero([is_test_person(subject) for subject in subjects])
-    chosen = np.sort(np.random.default_rng(seed).permutation(tested)[:REAL_PER_SEX])
-    place = {name: i for i, name in enumerate(SURVEY_TAPES)}
-    values = {}
-    for name, (column, *less) in FROM_SURVEY.items():
-        values[name] = columns[chosen, place[column]]
-        for other in less:
-            values[name] = values[name] - columns[chosen, place[other]]
-    return values
-
-
 def everyone(folder: Path, sex: Sex) -> dict[str, Floats]:
-    """Measurements of all real people whom nothing was trained or calibrated on, by name."""
+    """What all real people measure whom nothing was trained or calibrated on: by name, (n,), SI."""
     return dict(zip(FROM_SURVEY, survey_people(folder, sex, test=True).T, strict=True))
 
 
+def real_people(folder: Path, sex: Sex, seed: int) -> dict[str, Floats]:
+    """The measurements of some of `everyone`, drawn by chance: by name, (n,) each, SI."""
+    values = everyone(folder, sex)
+    order = np.random.default_rng(seed).permutation(len(values["stature"]))
+    chosen = np.sort(order[:REAL_PER_SEX])
+    return {name: column[chosen] for name, column in values.items()}
+
+
 def people_like_the_survey(sex: Sex, count: int, seed: int) -> dict[str, Floats]:
-    """Measurements of people drawn from the survey's statistics, where its rows are not at hand."""
+    """What people drawn from the survey's statistics measure, where its rows are not at hand.
+
+    As `everyone`: by name, ndarrays of shape (count,), SI.
+    """
     statistics = load_statistics(sex)
     random = np.random.default_rng([seed, SEXES.index(sex)])
     logs = random.multivariate_normal(
@@ -134,7 +133,7 @@ def people_like_the_survey(sex: Sex, count: int, seed: int) -> dict[str, Floats]
 def errors_on_people(
     estimator: Estimator, values: Mapping[str, Floats], entered: Sequence[str]
 ) -> Errors:
-    """Errors on real people, of whom only some measurements are known."""
+    """Errors on real people, of whom only some measurements are known: as in `estimate`."""
     known = [name for name in entered if name in values]
     _, taken = estimate(estimator, values, known)
     misses = {name: taken[:, TAKEN.index(name)] - values[name] for name in values}
@@ -146,7 +145,7 @@ def most_telling_of(population: Population, measured: Floats, sex: Sex, count: i
 
     Parameters
     ----------
-    measured : ndarray of shape (n, M), what every body of the population measures, as `TAKEN`.
+    measured : ndarray of shape (n, M), what every body of the population measures, SI, as `TAKEN`.
     count : how many are wanted.
     """
     seen = np.flatnonzero(population.of(sex) & ~population.held_out)
