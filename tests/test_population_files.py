@@ -55,7 +55,8 @@ def test_the_shipped_population_is_large_wide_and_complete() -> None:
 
 def test_decoded_bodies_measure_what_was_recorded() -> None:
     """Half a millimetre at any vertex is some 3 mm of a girth at the very worst; and of a neck
-    that widens steeply twice as much."""
+    that widens steeply twice as much.
+    """
     population, template = load_population(), load_template_mesh()
     rows = np.linspace(0, len(population.sexes) - 1, 24).astype(int)
     bodies = load_shape_basis().vertices(population.coefficients[rows])
