@@ -61,7 +61,7 @@ GIRTHS: Mapping[str, Words] = {
     "abdomen_girth": Words(
         _l("Around your belly at the navel."),
         _l("The belly is pulled in without thinking of it. Breathe out, let go, then read."),
-        how=_l("Let the belly go."),
+        how=_l("Relax your belly."),
     ),
     "hip_girth": Words(
         _l("Around your seat at its fullest."),
@@ -81,7 +81,7 @@ GIRTHS: Mapping[str, Words] = {
         how=_SQUARE,
     ),
     "mid_thigh_girth": Words(
-        _l("A hand's breadth above one kneecap."),
+        _l("Around one thigh, a hand's breadth above the knee."),
         _l(
             "Taken near the seat it is the thigh, another measurement; taken at the knee it is "
             "too small."
