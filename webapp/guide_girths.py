@@ -25,7 +25,7 @@ class Words(NamedTuple):
     how: Any = ""
 
 
-_SQUARE = _l("Feet apart, tape level.")
+_AROUND_A_LEG = _l("Feet apart, tape level.")
 
 GIRTHS: Mapping[str, Words] = {
     "stature": Words(
@@ -78,7 +78,7 @@ GIRTHS: Mapping[str, Words] = {
     "thigh_girth": Words(
         _l("Around one thigh, just below the seat."),
         _l("The tape hangs down on the inside. Keep it square to the leg all the way round."),
-        how=_SQUARE,
+        how=_AROUND_A_LEG,
     ),
     "mid_thigh_girth": Words(
         _l("Around one thigh, a hand's breadth above the knee."),
@@ -86,7 +86,7 @@ GIRTHS: Mapping[str, Words] = {
             "Taken near the seat it is the thigh, another measurement; taken at the knee it is "
             "too small."
         ),
-        how=_SQUARE,
+        how=_AROUND_A_LEG,
     ),
     "neck_girth": Words(
         _l("Around your neck, just below the larynx."),
