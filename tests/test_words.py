@@ -74,7 +74,9 @@ def test_a_change_of_language_keeps_what_is_being_typed_and_the_page(client):
     assert client.page.find(".//input[@id='hip_girth']").get("value") == "101"
 
 
-@pytest.mark.parametrize("page", ["https://elsewhere.example/", "//elsewhere.example", "x", ""])
+@pytest.mark.parametrize(
+    "page", ["https://elsewhere.example/", "//elsewhere.example", "/\\elsewhere.example", "x", ""]
+)
 def test_a_change_of_language_leads_nowhere_else(client, page):
     assert client.send("/language", language="pt", page=page).location == "/"
 

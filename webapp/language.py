@@ -28,9 +28,10 @@ bp = Blueprint("language", __name__)
 def speak() -> AnyResponse:
     """Another language, for a page without a form of its own."""
     speaks()
-    parts = urlsplit(request.form.get("page", ""))
-    here = parts.path if parts.path.startswith("/") and not parts.path.startswith("//") else "/"
-    return redirect(here if not parts.netloc else "/", 303)
+    # Browsers read a backslash there as a slash.
+    parts = urlsplit(request.form.get("page", "").replace("\\", "/"))
+    ours = not parts.netloc and parts.path.startswith("/") and not parts.path.startswith("//")
+    return redirect(parts.path if ours else "/", 303)
 
 
 def speaks() -> bool:
